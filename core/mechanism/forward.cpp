@@ -1,0 +1,71 @@
+#include "core/mechanism/forward.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "core/mechanism/velocity.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kTolerance = 1e-12;         // relative to the displacement, mm
+constexpr double kRoundingMm = 1e-11;        // what a step that no longer improves may leave
+constexpr double kSingularCondition = 1e-9;  // |det J_F2| / r below this: no unique step
+constexpr int kMaxIterations = 50;
+constexpr int kMaxHalvings = 20;
+
+}  // namespace
+
+ForwardResult forward(const Geometry& geometry, const Displacements& l_mm, const Pose& start) {
+  ForwardResult result;
+  Eigen::Vector3d X = start.vector();
+  InverseResult at = inverse(geometry, start);
+  if (!l_mm.allFinite() || !at.ok()) {
+    result.status = ForwardResult::Status::unreachable;
+    result.chain = at.chain;
+    return result;
+  }
+  const double tolerance = kTolerance * std::max(1.0, l_mm.cwiseAbs().maxCoeff());
+  double previous = INFINITY;
+  for (; result.iterations < kMaxIterations; ++result.iterations) {
+    const Eigen::Vector3d missing = l_mm - at.l_mm;
+    const double gap = missing.cwiseAbs().maxCoeff();
+    if (gap <= tolerance || (gap <= kRoundingMm && gap >= previous)) {
+      result.status = ForwardResult::Status::ok;
+      result.pose = Pose::from(X);
+      result.at = at;
+      return result;
+    }
+    previous = gap;
+    const VelocityEquation equation = velocity_equation(geometry, Pose::from(X), at);
+    if (std::abs(equation.J_F2.determinant()) < kSingularCondition * geometry.chains[0].r_mm) {
+      result.status = ForwardResult::Status::singular;
+      return result;
+    }
+    Eigen::Vector3d step = equation.J_F2.inverse() * equation.J_F1_diagonal.cwiseProduct(missing);
+    InverseResult next;
+    for (int halving = 0; halving < kMaxHalvings; ++halving, step *= 0.5) {
+      next = inverse(geometry, Pose::from(X + step));
+      if (next.ok()) break;
+    }
+    if (!next.ok()) {
+      result.status = ForwardResult::Status::unreachable;
+      result.chain = next.chain;
+      return result;
+    }
+    X += step;
+    at = next;
+  }
+  return result;
+}
+
+std::vector<ForwardResult> forward(const Geometry& geometry, std::span<const Displacements> l_mm,
+                                   const Pose& start) {
+  std::vector<ForwardResult> results;
+  results.reserve(l_mm.size());
+  for (const Displacements& l : l_mm) results.push_back(forward(geometry, l, start));
+  return results;
+}
+
+}  // namespace trammel

@@ -1,0 +1,53 @@
+#include "core/mechanism/error_model.hpp"
+
+#include "core/mechanism/forward.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/csv.hpp"
+#include "tests/support/workspace.hpp"
+
+using namespace trammel;
+
+TEST_CASE("the error Jacobian gives the golden rows", "[mechanism]") {
+  const auto table = tests::read_table("core/mechanism/golden/error_jacobian_nominal.csv");
+  const Geometry geometry = paper_mechanism().geometry;
+  REQUIRE(table.rows.size() >= 20);
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    const Pose pose{table.number(row, "x_mm"), table.number(row, "y_mm"),
+                    table.number(row, "phi_rad")};
+    const auto J = error_jacobian(geometry, pose, inverse(geometry, pose));
+    const std::string& name = table.text(row, "row");
+    const int r = name == "x" ? 0 : name == "y" ? 1 : 2;
+    for (int k = 0; k < kPaperParameters; ++k) {
+      const double golden = table.number(row, table.columns[static_cast<std::size_t>(k) + 4]);
+      CHECK_THAT(J(r, k), WithinRel(golden, 1e-9) || WithinAbs(golden, 1e-13));
+    }
+  }
+}
+
+TEST_CASE("the error Jacobian is the derivative of the forward kinematics by all 21 parameters",
+          "[mechanism]") {
+  Random random(7);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Geometry g = tests::random_geometry(random, 3);
+    const Pose pose = tests::random_pose(random);
+    const auto at = inverse(g, pose);
+    const auto J = error_jacobian(g, pose, at);
+    for (int k = 0; k < kGeometryParameters; ++k) {
+      const bool angle = geometry_parameters()[static_cast<std::size_t>(k)].is_angle;
+      const double step = angle ? 1e-7 : 1e-4;
+      const GeometryVector d = GeometryVector::Unit(k) * step;
+      const auto plus = forward(from_vector(to_vector(g) + d), at.l_mm, pose);
+      const auto minus = forward(from_vector(to_vector(g) - d), at.l_mm, pose);
+      const Eigen::Vector3d slope = (plus.pose.vector() - minus.pose.vector()) / (2 * step);
+      CHECK((slope - J.col(k)).cwiseAbs().maxCoeff() < 1e-6 * (1 + J.col(k).cwiseAbs().maxCoeff()));
+    }
+  }
+}
+
+TEST_CASE("joint zero and rail radius are one parameter: their columns are opposites",
+          "[mechanism]") {
+  const Geometry g = paper_mechanism().geometry;
+  const Pose pose{30, -40, 0.05};
+  const auto J = error_jacobian(g, pose, inverse(g, pose));
+  for (int i = 0; i < 3; ++i) CHECK(J.col(6 * i + 4) == -J.col(6 * i + 5));
+}
