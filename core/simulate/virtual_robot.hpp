@@ -1,0 +1,53 @@
+#pragma once
+// The stage and tracker that never were. Written apart from whatever is fitted to it: it knows the
+// mechanism's exact loop closures and nothing else of this program.
+
+#include <cstdint>
+
+#include "core/measure/reading.hpp"
+#include "core/mechanism/forward.hpp"
+#include "core/simulate/truth.hpp"
+
+namespace trammel::simulate {
+
+class VirtualRobot {
+ public:
+  /// Sets the joint zeros of a robot that is zeroed at home: at the commanded home, cold, at rest
+  /// and at time 0 the platform stands at (home.x, home.y, phi_zero). Throws InputError when the
+  /// truth is not usable.
+  explicit VirtualRobot(Truth truth);
+
+  [[nodiscard]] const Truth& truth() const { return truth_; }
+
+  /// Where the platform is, in the base frame. Deterministic: a function of the conditions alone.
+  /// temp_degc absent: as temperature_degc(time_s); time_s absent: 0.
+  [[nodiscard]] ForwardResult true_pose(const Conditions& conditions) const;
+
+  /// What a tracker without noise reads there: frame of the epoch, drift, scale, shifts.
+  [[nodiscard]] ForwardResult seen_pose(const Conditions& conditions) const;
+
+  /// One reading, with the noise of the stream `reading` (its number in the campaign): the same
+  /// number gives the same bits, whatever was read before.
+  [[nodiscard]] ForwardResult read(const Conditions& conditions, std::uint64_t reading) const;
+
+  /// T(t) of the machine as its thermometer shows it.
+  [[nodiscard]] double temperature_degc(double time_s) const;
+
+  /// Time of a move and its measurement, from standing still to standing still.
+  [[nodiscard]] double move_s(const Displacements& from_mm, const Displacements& to_mm) const;
+
+ private:
+  [[nodiscard]] Displacements joint_errors(const Conditions& conditions) const;
+  [[nodiscard]] ForwardResult solve(const Conditions& conditions) const;
+  [[nodiscard]] const EpochTruth& epoch(int number) const;
+  [[nodiscard]] double structure_temperature_degc(const Conditions& conditions) const;
+
+  Truth truth_;
+  Displacements l_home_mm_ = Displacements::Zero();
+};
+
+/// What noise adds to reading number `reading` (x, y in mm, phi in rad). Correlated noise is a sum
+/// over the readings before, so that it too depends on the number alone.
+Pose reading_noise(const TrackerTruth& tracker, std::uint64_t seed, std::uint64_t reading);
+
+}  // namespace trammel::simulate
