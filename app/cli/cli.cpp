@@ -1,0 +1,171 @@
+#include "app/cli/cli.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <new>
+
+#include "app/cli/suggest.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+struct Code {
+  ExitCode code;
+  const char* kind;
+  const char* meaning;
+};
+
+constexpr std::array<Code, 10> kCodes = {{
+    {ExitCode::ok, "ok", "ok"},
+    {ExitCode::error, "error", "error"},
+    {ExitCode::usage, "usage", "the command line is wrong"},
+    {ExitCode::not_found, "not_found", "not found (a file, a campaign, a job)"},
+    {ExitCode::invalid_data, "invalid_data",
+     "invalid data (the message names file, line and field)"},
+    {ExitCode::not_acceptable, "not_acceptable",
+     "it ran, and the answer is not acceptable (a gate)"},
+    {ExitCode::safety_stop, "safety_stop", "safety stop: nothing moves"},
+    {ExitCode::device, "device", "device or link"},
+    {ExitCode::storage, "storage", "storage (the database)"},
+    {ExitCode::interrupted, "interrupted", "interrupted"},
+}};
+
+const char* kind_of(ExitCode code) {
+  const auto* at = std::find_if(kCodes.begin(), kCodes.end(),
+                                [code](const Code& row) { return row.code == code; });
+  return at == kCodes.end() ? "error" : at->kind;
+}
+
+/// Only the parts that apply.
+Json error_json(ExitCode code, const ErrorText& text) {
+  Json object = {{"schema", "trammel/error/1"},
+                 {"exit_code", static_cast<int>(code)},
+                 {"kind", kind_of(code)},
+                 {"what", text.what}};
+  const auto add = [&object](const char* key, const std::string& value) {
+    if (!value.empty()) object[key] = value;
+  };
+  add("file", text.where.file);
+  if (text.where.line > 0) object["line"] = text.where.line;
+  if (text.where.column > 0) object["column"] = text.where.column;
+  add("field", text.where.field);
+  add("point", text.where.point);
+  add("got", text.got);
+  add("expected", text.expected);
+  add("hint", text.hint);
+  return object;
+}
+
+int fail(ExitCode code, const ErrorText& text, bool json) {
+  const std::string line =
+      json ? error_json(code, text).dump(-1, ' ', false, Json::error_handler_t::replace)
+           : "trammel: " + printable(describe(text));
+  fmt::print(stderr, "{}\n", line);
+  return static_cast<int>(code);
+}
+
+std::string joined(const std::vector<std::string>& words, const char* between) {
+  return fmt::format("{}", fmt::join(words, between));
+}
+
+ErrorText unknown_text(const Unknown& unknown) {
+  ErrorText text;
+  text.what =
+      fmt::format("unknown {} '{}'", unknown.is_option ? "option" : "command", unknown.word);
+  if (!unknown.suggestions.empty()) {
+    text.hint = "did you mean " + joined(unknown.suggestions, " or ") + "?";
+  } else {
+    text.hint =
+        fmt::format("known: {}; see {} --help", joined(unknown.known, ", "), unknown.command);
+  }
+  return text;
+}
+
+ErrorText usage_text(const CLI::App& app, const CLI::ParseError& error,
+                     const std::vector<std::string>& words) {
+  if (const auto unknown = first_unknown(app, words)) return unknown_text(*unknown);
+  const CLI::App* at = &app;
+  while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
+  std::string name;
+  for (const CLI::App* up = at; up != nullptr; up = up->get_parent()) {
+    name = up->get_name() + (name.empty() ? "" : " " + name);
+  }
+  return {.what = error.what(), .hint = "see " + name + " --help"};
+}
+
+/// CLI11 throws for --help and --version too: those are data and success.
+int answer_parse_error(const CLI::App& app, const CLI::ParseError& error,
+                       const std::vector<std::string>& words, bool json) {
+  if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) {
+    fmt::print("{}", app.help());
+    return 0;
+  }
+  if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) {
+    fmt::print("{}\n", error.what());
+    return 0;
+  }
+  return fail(ExitCode::usage, usage_text(app, error, words), json);
+}
+
+int run_chosen(const Context& context) {
+  try {
+    const ExitCode code = context.chosen();
+    if (std::fflush(stdout) != 0) {
+      return fail(ExitCode::error, {.what = "could not write to stdout"}, context.json);
+    }
+    return static_cast<int>(code);
+  } catch (const Error& error) {
+    return fail(error.code(), error.text(), context.json);
+  } catch (const std::bad_alloc&) {
+    return fail(ExitCode::error, {.what = "out of memory"}, context.json);
+  } catch (const std::exception& error) {
+    return fail(ExitCode::error, {.what = error.what()}, context.json);
+  }
+}
+
+}  // namespace
+
+std::string exit_codes_text() {
+  std::string text = "Exit codes:\n";
+  for (const Code& row : kCodes) {
+    text += fmt::format("  {:>3}  {}\n", static_cast<int>(row.code), row.meaning);
+  }
+  return text;
+}
+
+void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands) {
+  app.description(
+      "Plans, runs, records, calibrates, explains and reports measurement campaigns on a\n"
+      "planar 3-PRR parallel robot under a laser tracker.");
+  app.footer(
+      "\n" + exit_codes_text() +
+      "stdout is data, stderr is talk. Database: --db FILE, else TRAMMEL_DB, else ./trammel.db.");
+  app.set_version_flag("--version", std::string("trammel ") + TRAMMEL_VERSION,
+                       "Print the version and stop");
+  app.get_formatter()->column_width(34);
+  app.fallthrough();
+  app.require_subcommand(1);
+  app.add_option("--db", context.db_option, "Database file")->type_name("FILE");
+  app.add_flag("--json", context.json, "Print one JSON object instead of text");
+  app.add_flag("--quiet", context.quiet, "No talk on stderr, errors only");
+  for (const Setup setup : commands) setup(app, context);
+}
+
+int run_cli(const std::vector<std::string>& words, const std::vector<Setup>& commands) {
+  Context context;
+  CLI::App app("", "trammel");
+  set_up(app, context, commands);
+  const bool json = std::find(words.begin(), words.end(), "--json") != words.end();
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::ParseError& error) {
+    return answer_parse_error(app, error, words, json);
+  }
+  return run_chosen(context);
+}
+
+}  // namespace trammel::cli

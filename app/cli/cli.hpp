@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/cli/context.hpp"
+
+namespace trammel::cli {
+
+/// Adds a command (or the verbs of a noun) to `app`.
+using Setup = void (*)(CLI::App& app, Context& context);
+
+/// Fills `app` with the options all commands share and with `commands`.
+void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands);
+
+/// Parses `words`, runs the command they name and returns the exit code, 0 to 130. Errors go to
+/// stderr: one line for a person, one object {"schema": "trammel/error/1", …} with --json.
+int run_cli(const std::vector<std::string>& words, const std::vector<Setup>& commands);
+
+/// The table of exit codes as help and README show it.
+std::string exit_codes_text();
+
+}  // namespace trammel::cli

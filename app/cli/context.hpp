@@ -1,0 +1,62 @@
+#pragma once
+// What every command shares: the database's path, --json, where data and talk go.
+//
+// A command is one file pair app/cli/NAME.{hpp,cpp} with an options struct, setup_NAME(app,
+// context) and run_NAME(options, context), and one line in commands.cpp.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "core/error.hpp"
+
+namespace trammel::cli {
+
+/// Objects we print keep their order: a reader sees "schema" first.
+using Json = nlohmann::ordered_json;
+
+struct Context {
+  std::string db_option;  // --db as given; empty when not
+  bool json = false;
+  bool quiet = false;
+  std::function<ExitCode()> chosen;  // the command that the words on the line name
+
+  /// --db FILE, else TRAMMEL_DB, else ./trammel.db
+  [[nodiscard]] std::string db() const;
+
+  /// Data: text as it is (a newline is added when missing), to stdout.
+  void print(std::string_view text) const;
+  /// Data with --json: one object, "schema" = "trammel/<command>/1" first.
+  void print(std::string_view command, const Json& fields) const;
+  /// Talk, to stderr; nothing with --quiet.
+  void say(std::string_view text) const;
+  /// The next step, suggested after success: "next: trammel report paper". Not with --json.
+  void next(std::string_view command) const;
+};
+
+/// stdout (1) or stderr (2) is a terminal, and NO_COLOR is not set.
+bool colour(int descriptor);
+
+/// `text` bold when stdout is a terminal that may be coloured.
+std::string bold(std::string_view text);
+
+/// Text from a file or a device, safe on a terminal: control characters become '?'.
+std::string printable(std::string_view text);
+
+/// The noun `name` ("campaign"), made on first use, so that several files can add verbs to it.
+CLI::App& noun(CLI::App& app, const std::string& name, const std::string& description);
+
+/// Runs `run(*options, context)` when the words on the line name `command`. `options` is what the
+/// command's options were bound to. The help lists the exit codes.
+template <class Options>
+void on_run(CLI::App& command, Context& context, std::shared_ptr<Options> options,
+            ExitCode (*run)(const Options&, Context&)) {
+  command.callback([&context, options, run] {
+    context.chosen = [&context, options, run] { return run(*options, context); };
+  });
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,107 @@
+#include "app/cli/suggest.hpp"
+
+#include <algorithm>
+
+namespace trammel::cli {
+
+int edit_distance(const std::string& a, const std::string& b) {
+  const std::size_t n = a.size(), m = b.size();
+  std::vector<std::vector<int>> d(n + 1, std::vector<int>(m + 1));
+  for (std::size_t i = 0; i <= n; ++i) d[i][0] = static_cast<int>(i);
+  for (std::size_t j = 0; j <= m; ++j) d[0][j] = static_cast<int>(j);
+  for (std::size_t i = 1; i <= n; ++i) {
+    for (std::size_t j = 1; j <= m; ++j) {
+      const int change = a[i - 1] == b[j - 1] ? 0 : 1;
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + change});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+      }
+    }
+  }
+  return d[n][m];
+}
+
+std::vector<std::string> nearest(const std::string& word, const std::vector<std::string>& names) {
+  int best = std::max(1, static_cast<int>(word.size()) / 3);
+  std::vector<std::string> found;
+  for (const std::string& name : names) {
+    const int distance = edit_distance(word, name);
+    if (distance > best) continue;
+    if (distance < best) found.clear();
+    best = distance;
+    found.push_back(name);
+  }
+  return found;
+}
+
+namespace {
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(sub->get_name());
+  }
+  return names;
+}
+
+/// Options of the command and, as they fall through, of those above it.
+std::vector<const CLI::Option*> options_of(const CLI::App& app) {
+  std::vector<const CLI::Option*> options;
+  for (const CLI::App* at = &app; at != nullptr; at = at->get_parent()) {
+    for (const CLI::Option* option : at->get_options()) options.push_back(option);
+  }
+  return options;
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : options_of(app)) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+const CLI::Option* find_option(const CLI::App& app, const std::string& word) {
+  for (const CLI::Option* option : options_of(app)) {
+    if (option->check_name(word)) return option;
+  }
+  return nullptr;
+}
+
+bool looks_like_option(const std::string& word) {
+  return word.size() > 1 && word[0] == '-' && (word[1] < '0' || word[1] > '9') && word[1] != '.';
+}
+
+std::string full_name(const CLI::App& app) {
+  const CLI::App* parent = app.get_parent();
+  return parent == nullptr ? app.get_name() : full_name(*parent) + " " + app.get_name();
+}
+
+}  // namespace
+
+std::optional<Unknown> first_unknown(const CLI::App& app, const std::vector<std::string>& words) {
+  const CLI::App* at = &app;
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    if (words[k] == "--") return std::nullopt;
+    if (looks_like_option(words[k])) {
+      const std::string name = words[k].substr(0, words[k].find('='));
+      const CLI::Option* option = find_option(*at, name);
+      if (option == nullptr) {
+        const std::vector<std::string> known = option_names(*at);
+        return Unknown{name, true, full_name(*at), nearest(name, known), known};
+      }
+      const bool takes_next = option->get_expected_min() > 0 && name == words[k];
+      if (takes_next) k += static_cast<std::size_t>(option->get_expected_min());
+      continue;
+    }
+    const std::vector<std::string> names = command_names(*at);
+    if (names.empty()) continue;  // a value of the command
+    if (std::find(names.begin(), names.end(), words[k]) == names.end()) {
+      return Unknown{words[k], false, full_name(*at), nearest(words[k], names), names};
+    }
+    at = at->get_subcommand(words[k]);
+  }
+  return std::nullopt;
+}
+
+}  // namespace trammel::cli
