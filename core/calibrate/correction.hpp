@@ -1,0 +1,67 @@
+#pragma once
+// What a calibration is for: a target pose in, the displacements that reach it out.
+
+#include <array>
+#include <string>
+#include <variant>
+
+#include "core/calibrate/joint_map.hpp"
+#include "core/measure/reading.hpp"
+#include "core/mechanism/forward.hpp"
+#include "core/mechanism/inverse.hpp"
+
+namespace trammel {
+
+/// No correction: the nominal inverse kinematics.
+struct NominalCorrection {};
+
+/// Inverse kinematics on the identified geometry (the paper's first method).
+struct GeometryCorrection {
+  Geometry geometry;
+};
+
+/// cmd = l_nominal(target) - e(target), e the map's joint errors (the paper's second and third).
+struct MapCorrection {
+  JointMap map;
+};
+
+/// Values, so that a job can store them and a session can carry them.
+using Correction = std::variant<NominalCorrection, GeometryCorrection, MapCorrection>;
+
+/// "nominal", "geometry", "map": the word that stored corrections carry.
+std::string kind_of(const Correction& correction);
+
+/// A move as it is planned: all a correction may use to choose the displacements.
+struct Move {
+  Pose target;
+  Displacements from_mm = {};  // where the rails stand before it
+  std::array<int, kChains> approach =
+      {};  // +1, -1: the direction the rail will arrive in; 0: from from_mm
+  int epoch = 1;
+  std::optional<double> time_s = {};
+  std::optional<double> temp_degc = {};
+};
+
+/// The move by which a reading was taken.
+Move move_of(const Reading& reading);
+
+/// Displacements to command so that the robot, as `correction` believes it to be, reaches the
+/// target; or the first chain that cannot. theta_rad are the link angles of the geometry that was
+/// solved. Proof: on the robot the correction believes in, the target is reached to 1e-9 mm
+/// (correction_test.cpp).
+InverseResult commanded(const Correction& correction, const Mechanism& mechanism, const Move& move);
+
+/// Pose that the tracker would read under `conditions` if the robot were as `correction` believes.
+ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
+                       const Conditions& conditions);
+
+/// The reading as it would have been under the correction, from the reading as it was: the robot
+/// keeps the joint error it showed, only the command changes.
+///   X' = forward(l(X_measured) + cmd' - cmd), nominal kinematics, cmd' = commanded(target)
+/// A prediction, never a measurement: reports say so. In-sample for readings the correction was
+/// fitted to. First order in the change of the command; noise is kept as it was read.
+/// Throws InputError where the reading has no measured pose or leaves the nominal reach.
+ForwardResult predicted_after(const Correction& correction, const Mechanism& mechanism,
+                              const Reading& reading);
+
+}  // namespace trammel

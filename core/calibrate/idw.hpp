@@ -1,0 +1,42 @@
+#pragma once
+// Inverse distance weighting of joint errors: the paper's second method.
+
+#include <span>
+#include <vector>
+
+#include "core/calibrate/joint_error.hpp"
+
+namespace trammel {
+
+struct IdwOptions {
+  double power = 2;    // weights 1 / d^power
+  int neighbours = 0;  // nearest samples that count; 0 = all, as the paper
+};
+
+/// A place in the plane, mm.
+struct Place {
+  double x_mm = 0;
+  double y_mm = 0;
+};
+
+/// Samples as columns, so that a block of queries runs through them without a gather.
+struct IdwMap {
+  IdwOptions options = {};
+  std::vector<double> x_mm, y_mm;           // shape (n)
+  std::vector<double> e1_mm, e2_mm, e3_mm;  // shape (n)
+};
+
+/// Keeps the samples (repeats in one place as their mean). Throws InputError for no samples, a
+/// power that is not positive, or more neighbours than there are places.
+IdwMap fit_idw(std::span<const JointSample> samples, const IdwOptions& options = {});
+
+/// Joint errors at a place: e = sum w_k e_k / sum w_k, w_k = 1 / d_k^power              (22)
+/// over all samples or the nearest `neighbours` (equal distances: the earlier sample). A query
+/// within 1e-12 mm of a sample returns the sample. Source: Zhang et al. 2024, Sec. 4.2. Proof:
+/// golden numbers to 1e-12 (idw_test.cpp).
+Eigen::Vector3d predict(const IdwMap& map, Place at);
+
+/// The same for many places, blockwise; bit-identical to one call each.
+void predict(const IdwMap& map, std::span<const Place> at, std::span<Eigen::Vector3d> errors_mm);
+
+}  // namespace trammel

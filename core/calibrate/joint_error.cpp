@@ -1,0 +1,85 @@
+#include "core/calibrate/joint_error.hpp"
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kSamePlaceMm = 1e-9;
+
+std::pair<long long, long long> place(const JointSample& s) {
+  return {std::llround(s.x_mm / kSamePlaceMm), std::llround(s.y_mm / kSamePlaceMm)};
+}
+
+}  // namespace
+
+Eigen::Vector3d joint_error_mm(const Mechanism& mechanism, const Reading& reading) {
+  const std::string point = "seq " + std::to_string(reading.seq);
+  if (!reading.measured) {
+    throw InputError({.what = "this reading has no measured pose", .where = {.point = point}});
+  }
+  const InverseResult at = inverse(mechanism.geometry, *reading.measured);
+  if (!at.ok()) {
+    throw InputError({.what = "the measured pose is out of the nominal robot's reach",
+                      .where = {.point = point},
+                      .got = "chain " + std::to_string(at.chain + 1) + " cannot reach it",
+                      .hint = "exclude the reading with a reason if it is an outlier"});
+  }
+  return at.l_mm - reading.conditions.cmd_mm;
+}
+
+std::vector<JointSample> joint_samples(const Mechanism& mechanism,
+                                       std::span<const Reading> readings) {
+  std::vector<JointSample> samples;
+  samples.reserve(readings.size());
+  for (const Reading& r : readings) {
+    samples.push_back({r.target.x_mm, r.target.y_mm, joint_error_mm(mechanism, r)});
+  }
+  return samples;
+}
+
+std::vector<JointSample> merge_places(std::span<const JointSample> samples) {
+  std::vector<JointSample> merged;
+  std::vector<double> counts;
+  std::map<std::pair<long long, long long>, std::size_t> known;
+  for (const JointSample& s : samples) {
+    const auto [at, is_new] = known.try_emplace(place(s), merged.size());
+    if (is_new) {
+      merged.push_back(s);
+      counts.push_back(1);
+    } else {
+      merged[at->second].error_mm += s.error_mm;
+      counts[at->second] += 1;
+    }
+  }
+  for (std::size_t k = 0; k < merged.size(); ++k) {
+    if (counts[k] > 1) merged[k].error_mm /= counts[k];
+  }
+  return merged;
+}
+
+void require_places(std::span<const JointSample> samples, std::size_t needed) {
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const JointSample& s = samples[k];
+    if (std::isfinite(s.x_mm) && std::isfinite(s.y_mm) && s.error_mm.allFinite()) continue;
+    throw InputError({.what = "a sample of the map is not finite",
+                      .where = {.point = "sample " + std::to_string(k + 1)},
+                      .expected = "finite numbers"});
+  }
+  const std::size_t places = merge_places(samples).size();
+  if (places >= needed) return;
+  throw InputError({.what = "a map of position cannot be made from these readings",
+                    .got = std::to_string(samples.size()) + " readings in " +
+                           std::to_string(places) + (places == 1 ? " place" : " places"),
+                    .expected = "at least " + std::to_string(needed) + " different places",
+                    .hint = "measure points spread over the workspace"});
+}
+
+}  // namespace trammel

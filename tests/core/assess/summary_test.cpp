@@ -1,0 +1,53 @@
+#include "core/assess/summary.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/random.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+
+TEST_CASE("p95 interpolates between order statistics whatever the order of the values",
+          "[assess]") {
+  std::vector<double> values;
+  for (int k = 0; k < 21; ++k) values.push_back((k * 8) % 21);  // 0 … 20, shuffled
+  const Summary s = summarise(values);
+  CHECK(s.n == 21);
+  CHECK(s.mean == 10);
+  CHECK(s.min == 0);
+  CHECK(s.max == 20);
+  CHECK_THAT(s.p95, WithinAbs(19.0, 1e-14));
+  values.push_back(21);
+  CHECK_THAT(summarise(values).p95, WithinAbs(0.95 * 21, 1e-14));  // between 19 and 20
+}
+
+TEST_CASE("one value is its own mean, extremes and 95 % point", "[assess]") {
+  const double one = 0.25;
+  const Summary s = summarise({&one, 1});
+  CHECK(s.mean == 0.25);
+  CHECK(s.p95 == 0.25);
+  CHECK(s.min == s.max);
+}
+
+TEST_CASE("improvement is 100 (1 - after / before) and undefined from zero", "[assess]") {
+  CHECK_THAT(*improvement_pct({.mean = 0.2115}, {.mean = 0.0241}), WithinAbs(88.60, 0.01));
+  CHECK_FALSE(improvement_pct({.mean = 0}, {.mean = 0.1}).has_value());
+}
+
+TEST_CASE("a summary of nothing or of NaN is refused", "[assess]") {
+  CHECK_THROWS_AS(summarise({}), InputError);
+  const std::vector<double> bad = {1.0, std::nan("")};
+  CHECK_THROWS_WITH(summarise(bad), Contains("2") && Contains("finite"));
+}
+
+TEST_CASE("the noise floor is the mean length of plane noise", "[assess]") {
+  CHECK_THAT(noise_floor_mean_mm(0.010), WithinAbs(0.012533, 1e-6));
+  Random random(7);
+  double mean = 0;
+  constexpr int kDraws = 40000;
+  for (int k = 0; k < kDraws; ++k) mean += std::hypot(random.normal(), random.normal()) / kDraws;
+  // standard error sqrt((4 - pi) / 2 / n) = 0.0033; five of them: false alarm below 1e-6
+  CHECK_THAT(mean, WithinAbs(noise_floor_mean_mm(1.0), 0.0165));
+}
