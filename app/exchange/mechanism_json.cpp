@@ -46,9 +46,10 @@ void validate_at(const Mechanism& mechanism, const Fields& fields) {
     validate(mechanism);
   } catch (const InputError& error) {
     ErrorText text = error.text();
-    const std::string field = text.where.field;
-    text.where = fields.file().where(fields.path(""));
-    text.where.field += (text.where.field.empty() || field.empty() ? "" : ".") + field;
+    const std::string field = fields.path(text.where.field);
+    text.where = fields.file().where(field);
+    if (text.where.line == 0) text.where = fields.file().where(fields.path(""));
+    text.where.field = field;
     throw InputError(text);
   }
 }

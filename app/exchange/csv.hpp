@@ -1,0 +1,49 @@
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace trammel {
+
+/// One value and where it stands.
+struct CsvCell {
+  std::string_view text;
+  int column = 0;  // from 1, in bytes
+};
+
+/// A table of text: header line, then rows of as many cells. Cells look into `text` and `unquoted`.
+struct CsvTable {
+  struct Row {
+    int line = 0;  // from 1
+    std::vector<CsvCell> cells;
+  };
+
+  std::string name;  // the file, as errors show it
+  std::unique_ptr<const std::string> text;
+  std::deque<std::string> unquoted;
+  Row header;
+  std::vector<Row> rows;
+
+  /// Where cell `k` of `row` stands; the field is the column's name.
+  [[nodiscard]] Where where(const Row& row, std::size_t k) const;
+};
+
+inline constexpr std::size_t kMaxCsvBytes = 512u << 20;
+
+/// RFC 4180: comma-separated, "quoted ""cells""", CRLF or LF, the last newline may be missing, a
+/// byte order mark is skipped. Throws InputError with line and column: no header, an empty or
+/// repeated column name, a row with more or fewer cells than the header, a quote that does not
+/// close, text after a closing quote, a NUL byte, an empty line. Proof: csv_test.cpp.
+CsvTable parse_csv(std::string text, const std::string& name);
+CsvTable read_csv(const std::filesystem::path& path);
+
+/// A cell as RFC 4180 writes it: quoted when it must be.
+std::string csv_cell(std::string_view text);
+
+}  // namespace trammel

@@ -1,0 +1,55 @@
+#include "app/exchange/csv.hpp"
+
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+
+TEST_CASE("quoted cells, CRLF, a byte order mark and a missing last newline are read",
+          "[exchange]") {
+  const CsvTable table = parse_csv(
+      "\xEF\xBB\xBF"
+      "a,b\r\n\"1,\"\"2\"\"\",\"x\ny\"\r\n,3",
+      "t.csv");
+  REQUIRE(table.rows.size() == 2);
+  CHECK(table.header.cells[0].text == "a");
+  CHECK(table.header.cells[0].column == 1);
+  CHECK(table.rows[0].cells[0].text == "1,\"2\"");
+  CHECK(table.rows[0].cells[1].text == "x\ny");
+  CHECK(table.rows[1].cells[0].text.empty());
+  CHECK(table.rows[1].cells[1].text == "3");
+  CHECK(table.rows[1].line == 4);
+  CHECK(table.rows[1].cells[1].column == 2);
+}
+
+TEST_CASE("a broken table is refused with line and column", "[exchange]") {
+  struct Bad {
+    std::string text;
+    int line, column;
+    const char* what;
+  };
+  const std::vector<Bad> all = {
+      {"", 1, 1, "header line is missing"},
+      {"a,,b\n", 1, 3, "without a name"},
+      {"a,b,a\n", 1, 5, "stands twice"},
+      {"a,b\n1,2\n1\n", 3, 1, "a field is missing"},
+      {"a,b\n1,2,3\n", 2, 5, "more fields"},
+      {"a,b\n1,2\n\n1,2\n", 3, 1, "an empty line"},
+      {"a,b\n1,\"2\n", 3, 1, "does not close"},
+      {"a,b\n1,\"2\"x\n", 2, 6, "after a closing quote"},
+      {"a,b\n1,2\"3\"\n", 2, 4, "a quote inside"},
+      {std::string("a,b\n1,\0002\n", 9), 2, 3, "NUL"},
+      {"a,b\r1,2\n", 1, 4, "carriage return"},
+  };
+  for (const Bad& bad : all) {
+    CAPTURE(bad.text);
+    try {
+      (void)parse_csv(bad.text, "t.csv");
+      FAIL("not refused");
+    } catch (const InputError& error) {
+      CHECK_THAT(error.text().what, Contains(bad.what));
+      CHECK(error.text().where.file == "t.csv");
+      CHECK(error.text().where.line == bad.line);
+      CHECK(error.text().where.column == bad.column);
+    }
+  }
+}
