@@ -7,13 +7,19 @@ namespace trammel {
 
 namespace {
 
+double positive_mm(Fields& fields, const char* name) {
+  const double value_mm = fields.number(name);
+  if (!(value_mm > 0)) fields.refuse(name, "a length that is not positive");
+  return value_mm;
+}
+
 Chain read_chain(Fields& fields) {
   Chain chain;
   chain.alpha_rad = rad_from_deg(fields.number("alpha_deg"));
   chain.beta_rad = rad_from_deg(fields.number("beta_deg"));
-  chain.r_mm = fields.number("r_mm");
-  chain.S_mm = fields.number("S_mm");
-  chain.R_mm = fields.number("R_mm");
+  chain.r_mm = positive_mm(fields, "r_mm");
+  chain.S_mm = positive_mm(fields, "S_mm");
+  chain.R_mm = positive_mm(fields, "R_mm");
   chain.h_mm = fields.number("h_mm", 0);
   chain.l_zero_mm = fields.number("l_zero_mm", 0);
   fields.done();
