@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "core/mechanism/geometry.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+/// Sizes of error the sources are compared at; the paper's, Sec. 3.2.
+struct SourceErrors {
+  double angle_rad = rad_from_deg(0.001);
+  double length_mm = 0.05;
+};
+
+/// Rows x, y, phi of the pose error; columns the paper's 18 sources. Each row sums to 1.
+using SensitivityShares = Eigen::Matrix<double, 3, kPaperParameters>;
+
+/// Share of each error source in each pose error, over a workspace (global error sensitivity).
+///
+///   GESI_ij = mean over the poses of |J_ij d_j| / sum_k |J_ik d_k|,   J = J_e of (19)       (20)
+/// Source: Zhang et al. 2024, Eq. 20, with absolute values: the printed quotient divides by the
+/// signed pose error, which passes through zero inside the workspace.
+///
+/// Throws InputError when no pose is given or one is out of reach, naming it. Proof: rows sum to
+/// 1; what Table II says about the chains (sensitivity_test.cpp).
+SensitivityShares sensitivity(const Geometry& geometry, std::span<const Pose> poses,
+                              const SourceErrors& errors = {});
+
+}  // namespace trammel

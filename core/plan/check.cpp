@@ -1,0 +1,160 @@
+#include "core/plan/check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/mechanism/forward.hpp"
+#include "core/mechanism/velocity.hpp"
+
+namespace trammel {
+
+namespace {
+
+using What = Violation::What;
+using Place = Violation::Place;
+
+class Checker {
+ public:
+  Checker(const Mechanism& mechanism, const CheckOptions& options)
+      : mechanism_(mechanism), options_(options) {}
+
+  std::vector<Violation> take() { return std::move(found_); }
+
+  void add(int seq, Place place, What what, int rail = 0, double got = 0, double limit = 0) {
+    found_.push_back({seq, place, what, rail, got, limit});
+  }
+
+  bool limits(int seq, Place place, const Displacements& l_mm) {
+    const double low = mechanism_.limits.l_min_mm + options_.limit_margin_mm;
+    const double high = mechanism_.limits.l_max_mm - options_.limit_margin_mm;
+    bool inside = true;
+    for (int i = 0; i < kChains; ++i) {
+      if (l_mm[i] < low) add(seq, place, What::lower_limit, i + 1, l_mm[i], low);
+      if (l_mm[i] > high) add(seq, place, What::upper_limit, i + 1, l_mm[i], high);
+      inside = inside && l_mm[i] >= low && l_mm[i] <= high;
+    }
+    return inside;
+  }
+
+  void singular(int seq, Place place, double margin) {
+    if (margin < options_.singularity_margin) {
+      add(seq, place, What::singular, 0, margin, options_.singularity_margin);
+    }
+  }
+
+  [[nodiscard]] double margin(const Pose& pose, const InverseResult& at) const {
+    const Geometry& geometry = mechanism_.geometry;
+    return singularity(geometry, velocity_equation(geometry, pose, at)).margin();
+  }
+
+  /// Rails move in proportion. Leaves `pose` at the end; nothing when the platform cannot follow.
+  std::optional<Pose> path(int seq, const Displacements& from, const Displacements& to, Pose pose,
+                           Place end) {
+    const double length = (to - from).cwiseAbs().maxCoeff();
+    const int steps = std::max(1, static_cast<int>(std::ceil(length / options_.path_step_mm)));
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 1; k <= steps; ++k) {
+      const Displacements l = from + (to - from) * (static_cast<double>(k) / steps);
+      const ForwardResult at = forward(mechanism_.geometry, l, pose);
+      if (!at.ok()) {
+        const bool reach = at.status == ForwardResult::Status::unreachable;
+        add(seq, k == steps ? end : Place::path, reach ? What::unreachable : What::singular,
+            reach ? at.chain + 1 : 0, reach ? l[at.chain] : 0, 0);
+        return std::nullopt;
+      }
+      pose = at.pose;
+      if (k < steps) least = std::min(least, margin(pose, at.at));
+    }
+    singular(seq, Place::path, least);
+    return pose;
+  }
+
+ private:
+  const Mechanism& mechanism_;
+  const CheckOptions& options_;
+  std::vector<Violation> found_;
+};
+
+/// Where the stage stands, and whether what it does next can be followed from there.
+struct Standing {
+  Displacements l_mm;
+  Displacements from_mm;
+  std::optional<Pose> pose;
+};
+
+/// Looks at one point; the standing place moves on only when the target can be stood on.
+void check_point(Checker& checker, const Mechanism& mechanism, const Plan& plan,
+                 const PlannedPoint& point, const Displacements* command, Standing& at) {
+  if (!point.target.vector().allFinite() || (command != nullptr && !command->allFinite())) {
+    checker.add(point.seq, Place::target, What::not_finite);
+    return;
+  }
+  const InverseResult solved = inverse(mechanism.geometry, point.target);
+  if (!solved.ok()) {
+    checker.add(point.seq, Place::target, What::unreachable, solved.chain + 1);
+    return;
+  }
+  const Displacements cmd = command != nullptr ? *command : solved.l_mm;
+  checker.limits(point.seq, Place::target, cmd);
+  checker.singular(point.seq, Place::target, checker.margin(point.target, solved));
+  const PlannedMove move = planned_move(plan, point, cmd, at.l_mm, at.from_mm);
+  if (move.pre_position) checker.limits(point.seq, Place::approach, move.pre_mm);
+  std::optional<Pose> pose = at.pose;
+  if (pose && move.pre_position) {
+    pose = checker.path(point.seq, at.l_mm, move.pre_mm, *pose, Place::approach);
+  }
+  if (pose) pose = checker.path(point.seq, move.pre_mm, cmd, *pose, Place::target);
+  at = {cmd, move.from_mm, pose ? pose : std::optional<Pose>(point.target)};
+}
+
+}  // namespace
+
+const char* name_of(Violation::What what) {
+  constexpr std::array<const char*, 6> kNames = {"not finite",        "out of reach",
+                                                 "below lower limit", "above upper limit",
+                                                 "near singular",     "out of order"};
+  return kNames[static_cast<std::size_t>(what)];
+}
+
+const char* name_of(Violation::Place place) {
+  constexpr std::array<const char*, 3> kNames = {"target", "approach", "path"};
+  return kNames[static_cast<std::size_t>(place)];
+}
+
+std::string describe(const Violation& v) {
+  std::string text = "point " + std::to_string(v.seq) + ", " + name_of(v.place) + ": ";
+  if (v.rail > 0) text += "rail " + std::to_string(v.rail) + " ";
+  text += name_of(v.what);
+  if (v.got == 0 && v.limit == 0) return text;
+  std::array<char, 80> numbers{};
+  std::snprintf(numbers.data(), numbers.size(), ": got %.3f, limit %.3f", v.got, v.limit);
+  return text + numbers.data();
+}
+
+std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
+                             const CheckOptions& options, std::span<const Displacements> commands) {
+  TRAMMEL_ASSERT(commands.empty() || commands.size() == plan.points.size());
+  Checker checker(mechanism, options);
+  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  if (!home.ok()) {
+    checker.add(0, Place::target, What::unreachable, home.chain + 1);
+    return checker.take();
+  }
+  Standing at{home.l_mm, home.l_mm, mechanism.home};
+  for (std::size_t k = 0; k < plan.points.size(); ++k) {
+    const PlannedPoint& point = plan.points[k];
+    if (point.seq != static_cast<int>(k) + 1) {
+      checker.add(point.seq, Place::target, What::disordered, 0, point.seq,
+                  static_cast<double>(k) + 1);
+    }
+    check_point(checker, mechanism, plan, point, commands.empty() ? nullptr : &commands[k], at);
+  }
+  return checker.take();
+}
+
+}  // namespace trammel

@@ -1,0 +1,44 @@
+#pragma once
+// Before anything moves: every target, and the path to it.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/mechanism/geometry.hpp"
+#include "core/plan/plan.hpp"
+
+namespace trammel {
+
+struct CheckOptions {
+  double limit_margin_mm = 2;       // of stroke that stays free at either end
+  double singularity_margin = 0.1;  // of Singularity::margin(); the paper's points have over 0.3
+  double path_step_mm = 2;          // rails are looked at this often on the way
+};
+
+/// One thing that is wrong with a plan: at which point, what, and by how much.
+struct Violation {
+  enum class What { not_finite, unreachable, lower_limit, upper_limit, singular, disordered };
+  enum class Place { target, approach, path };  // path: on the way to the point
+  int seq = 0;
+  Place place = Place::target;
+  What what = What::not_finite;
+  int rail = 0;      // from 1; 0 where it is no rail's fault
+  double got = 0;    // displacement in mm, or the singularity margin
+  double limit = 0;  // what it was held against
+};
+const char* name_of(Violation::What what);
+const char* name_of(Violation::Place place);
+
+/// "point 7, path: rail 2 above its upper limit: 611.200, limit 598.000".
+std::string describe(const Violation& violation);
+
+/// All violations in order of seq, none when the plan is safe. `commands`, one per point, are the
+/// displacements that will be commanded; without them the nominal ones. The stage starts at home
+/// and moves its rails in proportion (straight in joint space), first to the start of the approach.
+/// Proof: one plan per kind of violation, and all kinds in one plan (check_test.cpp).
+std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
+                             const CheckOptions& options = {},
+                             std::span<const Displacements> commands = {});
+
+}  // namespace trammel
