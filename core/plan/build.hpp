@@ -18,7 +18,7 @@ struct TargetGroup {
 
 struct PlanRequest {
   std::string name;
-  std::vector<TargetGroup> groups;
+  std::vector<TargetGroup> groups = {};
   std::vector<double> orientations_rad = {0};  // added to each pose's own
   std::vector<Approach> approaches = {Approach{0, 0, 0}};
   int repeats = 1;

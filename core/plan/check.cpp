@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/velocity.hpp"
+#include "core/units.hpp"
 
 namespace trammel {
 
@@ -87,6 +88,13 @@ struct Standing {
   std::optional<Pose> pose;
 };
 
+/// Compensation moves a command by far less than two assemblies of the platform lie apart.
+bool same_assembly(const Pose& a, const Pose& b) {
+  constexpr double kNearMm = 10, kNearRad = rad_from_deg(5);
+  return std::abs(a.x_mm - b.x_mm) < kNearMm && std::abs(a.y_mm - b.y_mm) < kNearMm &&
+         std::abs(a.phi_rad - b.phi_rad) < kNearRad;
+}
+
 /// Looks at one point; the standing place moves on only when the target can be stood on.
 void check_point(Checker& checker, const Mechanism& mechanism, const Plan& plan,
                  const PlannedPoint& point, const Displacements* command, Standing& at) {
@@ -109,15 +117,19 @@ void check_point(Checker& checker, const Mechanism& mechanism, const Plan& plan,
     pose = checker.path(point.seq, at.l_mm, move.pre_mm, *pose, Place::approach);
   }
   if (pose) pose = checker.path(point.seq, move.pre_mm, cmd, *pose, Place::target);
+  if (pose && !same_assembly(*pose, point.target)) {
+    checker.add(point.seq, Place::target, What::other_mode);
+    pose = point.target;
+  }
   at = {cmd, move.from_mm, pose ? pose : std::optional<Pose>(point.target)};
 }
 
 }  // namespace
 
 const char* name_of(Violation::What what) {
-  constexpr std::array<const char*, 6> kNames = {"not finite",        "out of reach",
-                                                 "below lower limit", "above upper limit",
-                                                 "near singular",     "out of order"};
+  constexpr std::array<const char*, 7> kNames = {
+      "not finite",    "out of reach",          "below lower limit", "above upper limit",
+      "near singular", "in the other assembly", "out of order"};
   return kNames[static_cast<std::size_t>(what)];
 }
 

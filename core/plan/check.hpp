@@ -18,7 +18,15 @@ struct CheckOptions {
 
 /// One thing that is wrong with a plan: at which point, what, and by how much.
 struct Violation {
-  enum class What { not_finite, unreachable, lower_limit, upper_limit, singular, disordered };
+  enum class What {
+    not_finite,
+    unreachable,
+    lower_limit,
+    upper_limit,
+    singular,
+    other_mode,  // the rails get there, the platform ends up in the mirrored assembly
+    disordered
+  };
   enum class Place { target, approach, path };  // path: on the way to the point
   int seq = 0;
   Place place = Place::target;

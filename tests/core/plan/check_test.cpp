@@ -1,0 +1,112 @@
+#include "core/plan/check.hpp"
+
+#include <cmath>
+
+#include "core/mechanism/workspace.hpp"
+#include "core/plan/build.hpp"
+#include "core/units.hpp"
+#include "tests/support/catch.hpp"
+
+namespace trammel {
+
+namespace {
+
+using What = Violation::What;
+using Place = Violation::Place;
+
+Plan plan_of(const std::vector<Pose>& poses) {
+  return build_plan({.name = "test", .groups = {{"", poses}}});
+}
+
+bool has(const std::vector<Violation>& all, int seq, Place place, What what, int rail = 0) {
+  for (const Violation& v : all) {
+    if (v.seq == seq && v.place == place && v.what == what && v.rail == rail) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("the paper's grids, circles and the rail plan have no violation", "[plan]") {
+  const Mechanism mechanism = paper_mechanism();
+  CHECK(check(plan_of(paper_80()), mechanism).empty());
+  CHECK(check(plan_of(paper_48()), mechanism).empty());
+  for (const Circle& c : paper_circles()) CHECK(check(plan_of(circle(c)), mechanism).empty());
+  CHECK(check(rail_plan(mechanism, {}), mechanism).empty());
+  PlanRequest turned{.name = "turned", .groups = {{"", paper_80()}}};
+  turned.orientations_rad = {-0.1, 0.1};
+  turned.approaches = {Approach{1, -1, 1}, Approach{-1, 1, -1}};
+  CHECK(check(build_plan(turned), mechanism).empty());
+}
+
+TEST_CASE("a check lists every violation, not the first", "[plan]") {
+  Mechanism mechanism = paper_mechanism();
+  mechanism.limits = {100, 420};
+  Plan plan = plan_of({{10, 0, 0}, {900, 0, 0}, {20, 0, 0}, {0, 200, 0}, {30, 0, 0}});
+  plan.points[4].target.phi_rad = std::nan("");
+  const auto all = check(plan, mechanism);
+  CHECK(has(all, 2, Place::target, What::unreachable, 1));
+  CHECK(has(all, 4, Place::target, What::lower_limit, 1));
+  CHECK(has(all, 5, Place::target, What::not_finite));
+  for (const Violation& v : all) CHECK((v.seq == 2 || v.seq == 4 || v.seq == 5));
+}
+
+TEST_CASE("the margin of a stroke limit is kept free, to a hair", "[plan]") {
+  Mechanism mechanism = paper_mechanism();
+  const double l1 = inverse(mechanism.geometry, Pose{0, 100, 0}).l_mm[0];
+  const Plan plan = plan_of({{0, 100, 0}});
+  mechanism.limits.l_min_mm = l1 - 2 - 1e-6;
+  CHECK(check(plan, mechanism).empty());
+  mechanism.limits.l_min_mm = l1 - 2 + 1e-6;
+  const auto all = check(plan, mechanism);
+  REQUIRE(all.size() == 1);
+  CHECK(all[0].what == What::lower_limit);
+  CHECK_THAT(all[0].got, WithinAbs(l1, 1e-12));
+  CHECK_THAT(all[0].limit, WithinAbs(l1 + 1e-6, 1e-9));
+  CHECK_THAT(describe(all[0]), Contains("point 1, target: rail 1 below lower limit"));
+}
+
+TEST_CASE("the start of an approach beyond a limit is found", "[plan]") {
+  Mechanism mechanism = paper_mechanism();
+  mechanism.limits.l_min_mm = inverse(mechanism.geometry, Pose{0, 100, 0}).l_mm[0] - 3;
+  Plan plan = plan_of({{0, 100, 0}});
+  CHECK(check(plan, mechanism).empty());
+  plan.points[0].approach = {1, 0, 0};  // begins 5 mm below the target
+  CHECK(has(check(plan, mechanism), 1, Place::approach, What::lower_limit, 1));
+  plan.points[0].approach = {-1, 0, 0};
+  CHECK(check(plan, mechanism).empty());
+}
+
+TEST_CASE("a path between two good targets that comes near a singular pose is found", "[plan]") {
+  const Mechanism mechanism = paper_mechanism();
+  const std::vector<Pose> ends = {{-190, 70, rad_from_deg(-72)}, {160, -90, rad_from_deg(-77)}};
+  CheckOptions options;
+  options.singularity_margin = 0.3;
+  for (const Pose& pose : ends) CHECK(reach(mechanism, pose).singularity.margin() > 0.38);
+  const auto all = check(plan_of(ends), mechanism, options);
+  REQUIRE(all.size() == 1);
+  CHECK(has(all, 2, Place::path, What::singular));
+  CHECK(all[0].got < 0.15);
+  CHECK(check(plan_of({ends[0]}), mechanism, options).empty());
+}
+
+TEST_CASE("a target that only the mirrored assembly of the platform reaches is found", "[plan]") {
+  const Mechanism mechanism = paper_mechanism();
+  // About phi = 60 deg the displacements are symmetric: 80 deg needs the same as 40 deg.
+  const Pose mirrored{0, 0, rad_from_deg(80)};
+  CHECK(reach(mechanism, mirrored).ok());
+  CHECK(has(check(plan_of({mirrored}), mechanism), 1, Place::target, What::other_mode));
+  CHECK(check(plan_of({{0, 0, rad_from_deg(40)}}), mechanism).empty());
+}
+
+TEST_CASE("points out of order and commands of their own are checked", "[plan]") {
+  const Mechanism mechanism = paper_mechanism();
+  Plan plan = plan_of({{10, 0, 0}, {20, 0, 0}});
+  const std::vector<Displacements> commands = {inverse(mechanism.geometry, Pose{10, 0, 0}).l_mm,
+                                               Displacements(599, 270, 250)};
+  CHECK(has(check(plan, mechanism, {}, commands), 2, Place::target, What::upper_limit, 1));
+  plan.points[1].seq = 3;
+  CHECK(has(check(plan, mechanism), 3, Place::target, What::disordered));
+}
+
+}  // namespace trammel
