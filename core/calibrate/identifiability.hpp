@@ -1,0 +1,70 @@
+#pragma once
+// What a set of readings can tell about parameters, and what it cannot, in numbers and in words.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace trammel {
+
+/// A parameter of a linearised model, in mm or rad (shown in mm or deg).
+struct ScaledParameter {
+  std::string name;
+  bool is_angle = false;
+  double tolerance =
+      0;  // one standard deviation of machining and assembly: the unit columns are in
+};
+
+/// Observability indices of the identifiable directions (m = rank), from the singular values s_1 >=
+/// … >= s_m of the whitened Jacobian in tolerances, N poses. Unspecified scaling in the literature:
+/// compare designs with each other, not with other programs.
+struct Observability {
+  double O1 = 0;  // (prod s)^(1/m) / sqrt(N)
+  double O2 = 0;  // s_m / s_1
+  double O3 = 0;  // s_m
+  double O4 = 0;  // s_m^2 / s_1
+  double O5 = 0;  // 1 / sum(1 / s_i)
+};
+
+/// A combination of parameters that no reading feels.
+struct NullDirection {
+  Eigen::VectorXd change;    // mm, rad; the largest is one tolerance
+  std::vector<int> members;  // whose change is more than 1 % of a tolerance
+  std::string sentence;
+};
+
+/// Rank, base directions and null space of a whitened Jacobian.
+///
+/// In tolerances, a singular value s says: moving the model by one tolerance along this direction
+/// moves all readings together by s standard deviations; 1/s tolerances is the standard deviation
+/// the readings give it. A direction counts when s >= kLeastSignal: what is known no better than
+/// 1/kLeastSignal tolerances is not known. rank_machine counts what rounding alone leaves nonzero:
+/// a larger number than rank means directions that only noise fills.
+struct Identifiability {
+  Eigen::VectorXd singular;  // falling, shape (n)
+  int rank = 0;
+  int rank_machine = 0;
+  int n_poses = 0;
+  Eigen::MatrixXd directions;  // orthonormal in tolerances, the first `rank` are identified, (n, n)
+  std::vector<bool> identified;  // parameter k by itself, not only in combinations
+  std::vector<NullDirection> null_space;
+  Observability observability;
+};
+
+inline constexpr double kLeastSignal = 0.05;
+
+/// `A`: rows in standard deviations, columns in tolerances, shape (3 n_poses, n). Proof: ranks of
+/// an independent program, sentences for known ties (identifiability_test.cpp).
+Identifiability identifiability(const Eigen::MatrixXd& A,
+                                const std::vector<ScaledParameter>& parameters);
+
+/// Covariance of the parameters in mm and rad, on the identified directions alone (GUM, known
+/// noise).
+Eigen::MatrixXd covariance(const Identifiability& of,
+                           const std::vector<ScaledParameter>& parameters);
+
+/// Sentences for a person: the rank, what is judged by it, then one per direction that is missing.
+std::vector<std::string> in_words(const Identifiability& of,
+                                  const std::vector<ScaledParameter>& parameters);
+
+}  // namespace trammel

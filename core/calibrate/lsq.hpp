@@ -1,0 +1,84 @@
+#pragma once
+// The paper's first method: one overdetermined linear system of all readings.
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/calibrate/identifiability.hpp"
+#include "core/measure/reading.hpp"
+
+namespace trammel {
+
+struct LsqOptions {
+  bool complete = false;       // the 21 of the complete base instead of the paper's 18
+  bool shared_epochs = false;  // no columns of their own for later epochs
+  bool basic_solution =
+      false;              // what is not identified stays zero (the paper's) instead of least change
+  double drop_below = 0;  // repeated identification: sources below this share of their tolerance
+                          // are dropped and the rest is solved again; 0: no repetition
+};
+
+/// One parameter of the solution. Where it is not identified by itself the value is one of many
+/// that fit equally well, and nothing but a computation may use it.
+struct LsqParameter {
+  ScaledParameter parameter;
+  int epoch = 1;                    // later epochs have parameters of their own
+  double value = 0;                 // change from nominal, mm or rad
+  bool identified = false;          // by itself
+  bool dropped = false;             // by repeated identification
+  double standard_uncertainty = 0;  // from the readings' sigmas; meaningful when identified
+};
+
+/// A combination a null direction of two leaves, with its value.
+struct IdentifiedCombination {
+  std::string name;  // "l_2 - R_2"
+  double value = 0;  // mm or rad
+  double standard_uncertainty = 0;
+  bool is_angle = false;
+};
+
+/// One later epoch's own joint zeros and frame offset.
+struct EpochOffset {
+  Eigen::Vector3d l_zero_mm = Eigen::Vector3d::Zero();
+  Pose frame;
+};
+
+struct LsqRound {
+  int columns = 0;
+  int rank = 0;
+  double weighted_rss = 0;
+  std::vector<std::string> dropped;  // after this round
+};
+
+struct LsqResult {
+  std::vector<LsqParameter> parameters;
+  std::vector<IdentifiedCombination> combinations;
+  Geometry geometry;                  // nominal plus the solution
+  std::map<int, EpochOffset> epochs;  // of later epochs with columns of their own
+  Identifiability identifiability;    // of the full set of columns
+  std::vector<LsqRound> rounds;
+  int n_equations = 0;
+  int rank = 0;             // of the last round
+  double weighted_rss = 0;  // sum of squared residuals in standard deviations, last round
+  double sigma_ratio =
+      0;  // sqrt(rss / (equations - rank)): 1 when noise explains all; 0 when none is left
+  std::vector<std::string> words;
+};
+
+/// Identifies the error sources: min over d of sum |W_j (delta X_j - J_e d)|^2              (21)
+///   delta X_j = measured pose - nominal forward kinematics of the *commanded* displacements; J_e
+///   of error_model.hpp, linearised there (that is the target, for readings without compensation);
+///   W = 1 / sigma for x, y [mm] and phi [rad] of the tracker.
+/// Fits the readings it is given: choose the identify rows before. Every later epoch has three
+/// joint zeros and a frame offset (x, y, phi) of its own, unless shared. Solved by QR and the
+/// singular value decomposition in tolerances; directions that carry nothing stay at nominal
+/// (identifiability.hpp). Throws InputError for readings without pose or out of reach, sigmas that
+/// are not positive, and fewer equations than rank leaves free. Source: Zhang et al. 2024,
+/// Secs. 3.4, 3.5. Proof: ranks and sums of an independent program to 1e-6, recovery on unseen
+/// poses (lsq_test.cpp).
+LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> readings,
+                          const TrackerSigma& sigma, const LsqOptions& options = {});
+
+}  // namespace trammel

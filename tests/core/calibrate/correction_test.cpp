@@ -1,0 +1,106 @@
+#include "core/calibrate/correction.hpp"
+
+#include <cmath>
+
+#include "core/assess/deviation.hpp"
+#include "core/assess/summary.hpp"
+#include "core/error.hpp"
+#include "tests/core/calibrate/campaigns.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+using namespace trammel::tests;
+
+namespace {
+
+/// Joint errors of a robot whose drives lie, as a function of place.
+Eigen::Vector3d lie(double x, double y) { return {1e-3 * x, -2e-3 * y, 5e-4 * (x + y)}; }
+
+std::vector<JointSample> lie_samples() {
+  std::vector<JointSample> samples;
+  for (const Pose& p : paper_80()) samples.push_back({p.x_mm, p.y_mm, lie(p.x_mm, p.y_mm)});
+  return samples;
+}
+
+/// The pose the lying robot takes under a command: a fixed point, since the lie depends on place.
+Pose lying_pose(const Displacements& cmd) {
+  Pose pose = forward(paper_mechanism().geometry, cmd).pose;
+  return forward(paper_mechanism().geometry, cmd + lie(pose.x_mm, pose.y_mm)).pose;
+}
+
+}  // namespace
+
+TEST_CASE("on the robot a geometry correction believes in, the target is reached", "[calibrate]") {
+  Random random(41);
+  for (int k = 0; k < 50; ++k) {
+    const Geometry truth = random_geometry(random);
+    const Pose target = random_pose(random);
+    const auto cmd = commanded(GeometryCorrection{truth}, paper_mechanism(), {.target = target});
+    REQUIRE(cmd.ok());
+    const ForwardResult at = forward(truth, cmd.l_mm);
+    CHECK(pose_difference(at.pose, target).cwiseAbs().maxCoeff() < 1e-9);
+    const ForwardResult thought =
+        believed(GeometryCorrection{truth}, paper_mechanism(), {.cmd_mm = cmd.l_mm});
+    CHECK(pose_difference(thought.pose, target).cwiseAbs().maxCoeff() < 1e-9);
+  }
+}
+
+TEST_CASE("a map takes the drives' lie out at its samples, and between them mostly",
+          "[calibrate]") {
+  const Correction idw = MapCorrection{fit_idw(lie_samples())};
+  const Correction rbf = MapCorrection{train_rbf(lie_samples()).network};
+  for (const Pose& target : {Pose{30, 0, 0}, Pose{-50, 50, 0}}) {
+    const auto cmd = commanded(idw, paper_mechanism(), {.target = target});
+    CHECK(position_error_mm(lying_pose(cmd.l_mm), target) < 1e-3);  // second order of 0.1 mm
+  }
+  Random random(42);
+  std::vector<double> before, by_rbf;
+  for (int k = 0; k < 100; ++k) {
+    const Pose target{random.uniform(-80, 80), random.uniform(-80, 80), 0};
+    const auto plain = commanded(NominalCorrection{}, paper_mechanism(), {.target = target});
+    const auto cmd = commanded(rbf, paper_mechanism(), {.target = target});
+    before.push_back(position_error_mm(lying_pose(plain.l_mm), target));
+    by_rbf.push_back(position_error_mm(lying_pose(cmd.l_mm), target));
+  }
+  CHECK(*improvement_pct(summarise(before), summarise(by_rbf)) > 95);
+}
+
+TEST_CASE("the reading predicted after compensation is the reading that robot then gives",
+          "[calibrate]") {
+  Random random(43);
+  const Geometry truth = random_geometry(random);
+  for (const Reading& r : measure(truth, paper_80(), random, {1e-12, 1e-12})) {
+    const Correction correction = GeometryCorrection{truth};
+    const ForwardResult predicted = predicted_after(correction, paper_mechanism(), r);
+    const auto cmd = commanded(correction, paper_mechanism(), move_of(r));
+    const ForwardResult real = forward(truth, cmd.l_mm);
+    REQUIRE(predicted.ok());
+    CHECK(position_error_mm(predicted.pose, real.pose) < 2e-3);  // second order of 0.5 mm
+    CHECK(position_error_mm(predicted.pose, r.target) < 2e-3);
+  }
+}
+
+TEST_CASE("an unreachable target names its chain under any correction", "[calibrate]") {
+  const Move far{.target = {5000, 0, 0}};
+  const Geometry nominal = paper_mechanism().geometry;
+  for (const Correction& c :
+       {Correction{NominalCorrection{}}, Correction{GeometryCorrection{nominal}},
+        Correction{MapCorrection{fit_idw(lie_samples())}}}) {
+    CHECK_FALSE(commanded(c, paper_mechanism(), far).ok());
+  }
+}
+
+TEST_CASE("joint errors come from the command, so a compensated reading tells the same",
+          "[calibrate]") {
+  Reading r;
+  r.target = {40, -20, 0};
+  for (const double moved : {0.0, 0.3}) {
+    r.conditions.cmd_mm =
+        inverse(paper_mechanism().geometry, r.target).l_mm + Displacements::Constant(moved);
+    const Displacements error(0.1, -0.2, 0.05);
+    r.measured = forward(paper_mechanism().geometry, r.conditions.cmd_mm + error).pose;
+    CHECK((joint_error_mm(paper_mechanism(), r) - error).norm() < 1e-9);
+  }
+  r.measured.reset();
+  CHECK_THROWS_AS(joint_error_mm(paper_mechanism(), r), InputError);
+}

@@ -1,0 +1,215 @@
+#include "core/calibrate/lsq.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/assess/deviation.hpp"
+#include "core/error.hpp"
+#include "tests/core/calibrate/campaigns.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+using namespace trammel::tests;
+
+namespace {
+
+bool any_contains(const std::vector<std::string>& words, const std::string& part) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](const std::string& w) { return w.find(part) != std::string::npos; });
+}
+
+const LsqParameter& named(const LsqResult& result, const std::string& name) {
+  const auto at = std::find_if(result.parameters.begin(), result.parameters.end(),
+                               [&](const LsqParameter& p) { return p.parameter.name == name; });
+  REQUIRE(at != result.parameters.end());
+  return *at;
+}
+
+/// Mean position error of the identified robot where it was never measured.
+double unseen_mean_mm(const LsqResult& result, const Geometry& truth) {
+  Random random(99);
+  double mean = 0;
+  constexpr int kPoses = 200;
+  for (int k = 0; k < kPoses; ++k) {
+    const auto l = inverse(paper_mechanism().geometry, random_pose(random)).l_mm;
+    mean += position_error_mm(forward(result.geometry, l).pose, forward(truth, l).pose) / kPoses;
+  }
+  return mean;
+}
+
+}  // namespace
+
+TEST_CASE("ranks and weighted sums of squares are those of an independent program", "[calibrate]") {
+  const Table golden = read_table("core/calibrate/golden/linear_identification.csv");
+  for (std::size_t k = 0; k < golden.rows.size(); ++k) {
+    INFO(golden.text(k, "case"));
+    const auto readings = of_set(golden_readings(golden.text(k, "case")), ReadingSet::identify);
+    const LsqResult paper =
+        identify_linear(paper_mechanism(), readings, kSigma, {.shared_epochs = true});
+    CHECK(paper.n_equations == static_cast<int>(golden.number(k, "equations")));
+    CHECK(paper.rank == static_cast<int>(golden.number(k, "rank_18")));
+    CHECK_THAT(paper.weighted_rss, WithinRel(golden.number(k, "weighted_rss_18"), 1e-6));
+    const LsqResult base = identify_linear(paper_mechanism(), readings, kSigma, {.complete = true});
+    CHECK(base.rank == static_cast<int>(golden.number(k, "rank_base")));
+    CHECK_THAT(base.weighted_rss, WithinRel(golden.number(k, "weighted_rss_base"), 1e-6));
+  }
+}
+
+TEST_CASE("the paper's grid has rank 12 of 18, 15 with orientation, and 18 of the complete 21",
+          "[calibrate]") {
+  Random random(31);
+  const Geometry truth = random_geometry(random);
+  const auto flat = measure(truth, paper_80(), random);
+  auto targets = paper_80();
+  for (Pose& p : targets) p.phi_rad = rad_from_deg(random.uniform(-5, 5));
+  const auto turned = measure(truth, targets, random);
+
+  const LsqResult constant = identify_linear(paper_mechanism(), flat, kSigma);
+  CHECK(constant.rank == 12);
+  CHECK(any_contains(constant.words, "rank 12 of 18"));
+  CHECK(any_contains(constant.words, "l_1 and R_1 act as one"));
+  const LsqResult varied = identify_linear(paper_mechanism(), turned, kSigma);
+  CHECK(varied.rank == 15);
+  CHECK(any_contains(varied.words, "rank 15 of 18"));
+  const LsqResult complete = identify_linear(paper_mechanism(), turned, kSigma, {.complete = true});
+  CHECK(complete.rank == 18);
+  CHECK(any_contains(complete.words, "rank 18 of 21"));
+  CHECK(identify_linear(paper_mechanism(), flat, kSigma, {.complete = true}).rank == 12);
+}
+
+TEST_CASE("orientations that only the noise varies do not count as orientations", "[calibrate]") {
+  Random random(32);
+  auto targets = paper_80();
+  for (Pose& p : targets) p.phi_rad = rad_from_deg(0.08) * random.normal();
+  const auto readings = measure(paper_mechanism().geometry, targets, random);
+  const LsqResult result = identify_linear(paper_mechanism(), readings, kSigma);
+  CHECK(result.identifiability.rank_machine == 15);
+  CHECK(result.rank == 12);
+  CHECK(any_contains(result.words, "carry nothing"));
+}
+
+TEST_CASE("l and R are never reported one by one, their difference is", "[calibrate]") {
+  Random random(33);
+  Geometry truth = paper_mechanism().geometry;
+  truth.chains[1].l_zero_mm = 0.37;
+  truth.chains[1].R_mm += 0.05;
+  auto targets = random_poses(120, random);
+  const LsqResult result =
+      identify_linear(paper_mechanism(), measure(truth, targets, random), kSigma);
+  CHECK_FALSE(named(result, "l_2").identified);
+  CHECK_FALSE(named(result, "R_2").identified);
+  CHECK(named(result, "S_2").identified);
+  REQUIRE(result.combinations.size() == 3);
+  const IdentifiedCombination& c = result.combinations[1];
+  CHECK(c.name == "l_2 - R_2");
+  CHECK(c.standard_uncertainty > 0);
+  CHECK(std::abs(c.value - 0.32) < 5 * c.standard_uncertainty);
+}
+
+TEST_CASE("the identified robot predicts poses it never saw to a fraction of the noise",
+          "[calibrate]") {
+  Random random(34);
+  for (int trial = 0; trial < 5; ++trial) {
+    const Geometry truth = random_geometry(random, 0.3);  // small: first order must be enough
+    const auto readings = measure(truth, random_poses(160, random), random);
+    const LsqResult result =
+        identify_linear(paper_mechanism(), readings, kSigma, {.complete = true});
+    CHECK(unseen_mean_mm(result, truth) < kSigma.xy_mm);
+    CHECK(result.sigma_ratio < 1.2);
+    CHECK(result.sigma_ratio > 0.8);
+  }
+}
+
+TEST_CASE("the basic solution fits as well with as many zeros as rank is missing", "[calibrate]") {
+  const auto readings = of_set(golden_readings("d027"), ReadingSet::identify);
+  const LsqResult least = identify_linear(paper_mechanism(), readings, kSigma);
+  const LsqResult basic =
+      identify_linear(paper_mechanism(), readings, kSigma, {.basic_solution = true});
+  CHECK_THAT(basic.weighted_rss, WithinRel(least.weighted_rss, 1e-9));
+  const auto zeros = std::count_if(basic.parameters.begin(), basic.parameters.end(),
+                                   [](const LsqParameter& p) { return p.value == 0; });
+  CHECK(zeros == 18 - 12);
+}
+
+TEST_CASE("repeated identification drops the small sources, fits again and says which",
+          "[calibrate]") {
+  Random random(35);
+  Geometry truth = paper_mechanism().geometry;
+  truth.chains[0].l_zero_mm = -0.26;
+  truth.chains[1].l_zero_mm = 0.37;
+  truth.chains[2].l_zero_mm = -0.29;
+  const auto readings = measure(truth, random_poses(100, random), random);
+  const LsqResult result = identify_linear(paper_mechanism(), readings, kSigma,
+                                           {.basic_solution = true, .drop_below = 0.5});
+  REQUIRE(result.rounds.size() >= 2);
+  CHECK_FALSE(result.rounds[0].dropped.empty());
+  CHECK(result.rounds.back().dropped.empty());
+  CHECK(result.rounds.back().columns < 18);
+  CHECK(result.rounds.back().weighted_rss >= result.rounds[0].weighted_rss);
+  CHECK(unseen_mean_mm(result, truth) < 0.010);
+  for (const LsqParameter& p : result.parameters) {
+    if (p.dropped) CHECK(p.value == 0);
+    if (p.dropped) CHECK_FALSE(p.identified);
+  }
+}
+
+TEST_CASE("a later epoch's own zeros and frame are found, and shared they are not", "[calibrate]") {
+  Random random(36);
+  const Geometry truth = random_geometry(random, 0.3);
+  Geometry homed_again = truth;
+  homed_again.chains[2].l_zero_mm += 0.2;
+  auto readings = measure(truth, random_poses(120, random), random);
+  auto later = measure(homed_again, random_poses(120, random), random);
+  for (Reading& r : later) {
+    r.seq += 120;
+    r.conditions.epoch = 2;
+    r.measured->x_mm += 0.05;
+  }
+  readings.insert(readings.end(), later.begin(), later.end());
+  const LsqResult own = identify_linear(paper_mechanism(), readings, kSigma, {.complete = true});
+  CHECK(own.rank == 24);
+  CHECK_THAT(own.epochs.at(2).l_zero_mm[2], WithinAbs(0.2, 0.02));
+  CHECK_THAT(own.epochs.at(2).frame.x_mm, WithinAbs(0.05, 0.02));
+  const LsqResult shared = identify_linear(paper_mechanism(), readings, kSigma,
+                                           {.complete = true, .shared_epochs = true});
+  CHECK(shared.epochs.empty());
+  CHECK(shared.sigma_ratio > 3);
+  CHECK(own.sigma_ratio < 1.2);
+}
+
+TEST_CASE("a reading under a compensation tells the robot's error, not what is left",
+          "[calibrate]") {
+  Random random(37);
+  const Geometry truth = random_geometry(random, 0.3);
+  const auto plain = measure(truth, paper_80(), random, {1e-9, 1e-9});
+  auto compensated = plain;  // the same robot, sent by another command to the same targets
+  for (Reading& r : compensated) {
+    r.conditions.cmd_mm += Displacements(0.2, -0.1, 0.15);
+    r.measured = forward(truth, r.conditions.cmd_mm).pose;
+  }
+  const LsqResult a = identify_linear(paper_mechanism(), plain, kSigma);
+  const LsqResult b = identify_linear(paper_mechanism(), compensated, kSigma);
+  for (std::size_t k = 0; k < a.parameters.size(); ++k) {
+    const double tolerance = a.parameters[k].parameter.tolerance;
+    CHECK(std::abs(a.parameters[k].value - b.parameters[k].value) < 0.05 * tolerance);
+  }
+}
+
+TEST_CASE("one place, one reading, no reading and sigma zero are answered in words",
+          "[calibrate]") {
+  Random random(38);
+  const Geometry truth = random_geometry(random, 0.3);
+  const auto one_place = measure(truth, std::vector<Pose>(30, Pose{20, 30, 0}), random);
+  const LsqResult result = identify_linear(paper_mechanism(), one_place, kSigma);
+  CHECK(result.rank == 3);
+  CHECK(any_contains(result.words, "rank 3 of 18"));
+  CHECK(std::none_of(result.parameters.begin(), result.parameters.end(),
+                     [](const LsqParameter& p) { return p.identified; }));
+
+  CHECK(identify_linear(paper_mechanism(), std::span(one_place).first(1), kSigma).rank == 3);
+  CHECK_THROWS_WITH(identify_linear(paper_mechanism(), {}, kSigma), Contains("not enough"));
+  CHECK_THROWS_WITH(identify_linear(paper_mechanism(), one_place, {0, 1e-4}), Contains("positive"));
+  auto missing = one_place;
+  missing[3].measured.reset();
+  CHECK_THROWS_WITH(identify_linear(paper_mechanism(), missing, kSigma), Contains("seq 4"));
+}
