@@ -16,9 +16,10 @@ enum class ReadingSet { identify, validate, predict };
 
 /// Under what a reading was taken: all a model may use to predict it.
 struct Conditions {
-  Displacements cmd_mm = {};   // commanded joint displacements
-  Displacements from_mm = {};  // where each rail's last move began: gives the approach direction
-  int epoch = 1;               // one homing and frame set-up, from 1
+  Displacements cmd_mm = Displacements::Zero();  // commanded joint displacements
+  Displacements from_mm =
+      Displacements::Zero();  // where each rail's last move began: gives the approach direction
+  int epoch = 1;              // one homing and frame set-up, from 1
   std::optional<double> time_s = {};  // since the campaign's start
   std::optional<double> temp_degc = {};
 };
