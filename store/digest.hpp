@@ -1,0 +1,46 @@
+#pragma once
+// SHA-256 (libsodium) over typed values, so that two different rows never give the same bytes.
+
+#include <sodium/crypto_hash_sha256.h>
+
+#include <array>
+#include <string>
+
+#include "store/statement.hpp"
+
+namespace trammel::store {
+
+using Sha256 = std::array<unsigned char, 32>;
+
+/// Each value goes in as a type letter and its bytes: n; i and 8 bytes; r and the 8 bytes of the
+/// IEEE double; t or b, 8 bytes of length and the bytes. Integers little-endian. SQLite does not
+/// keep the sign of zero: -0.0 goes in as 0.0, so that a value gives the same digest before and
+/// after it was stored.
+class Digest {
+ public:
+  Digest();
+  Digest& operator<<(std::nullopt_t);
+  Digest& operator<<(std::int64_t value);
+  Digest& operator<<(int value) { return *this << std::int64_t{value}; }
+  Digest& operator<<(double value);
+  Digest& operator<<(std::string_view value);
+  Digest& operator<<(const std::string& value) { return *this << std::string_view(value); }
+  Digest& operator<<(const char* value) { return *this << std::string_view(value); }
+  Digest& operator<<(Bytes value);
+  template <class T>
+  Digest& operator<<(const std::optional<T>& value) {
+    return value ? *this << *value : *this << std::nullopt;
+  }
+  /// The row's first `columns` columns, as SQLite holds them.
+  Digest& row(const Statement& statement, int columns);
+  Sha256 finish();
+
+ private:
+  void add(char type, const void* bytes, std::size_t size);
+  crypto_hash_sha256_state state_;
+};
+
+/// 64 lower-case digits.
+std::string hex(Bytes bytes);
+
+}  // namespace trammel::store

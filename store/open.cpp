@@ -1,0 +1,125 @@
+#include "store/open.hpp"
+
+#include <map>
+
+#include "store/guard.hpp"
+#include "store/migrations.hpp"
+#include "store/statement.hpp"
+#include "store/transaction.hpp"
+
+namespace trammel::store {
+
+namespace {
+
+std::int64_t single(Connection& connection, std::string_view sql) {
+  Statement statement(connection, sql);
+  return statement.step() ? statement.integer(0) : 0;
+}
+
+bool is_empty(Connection& connection) {
+  return single(connection, "SELECT count(*) FROM sqlite_schema") == 0 &&
+         single(connection, "PRAGMA application_id") == 0 && version_of(connection) == 0;
+}
+
+// SQL by "type name".
+using Schema = std::map<std::string, std::string>;
+
+Schema read_schema(Connection& connection) {
+  Schema schema;
+  Statement rows(connection,
+                 "SELECT type || ' ' || name, sql FROM sqlite_schema WHERE sql IS NOT NULL");
+  while (rows.step()) schema.emplace(rows.text(0), rows.text(1));
+  return schema;
+}
+
+StoreError not_ours(const Connection& connection, std::string got, std::string expected) {
+  return StoreError({.what = "this file is not a database of trammel",
+                     .where = {.file = connection.file().string()},
+                     .got = std::move(got),
+                     .expected = std::move(expected),
+                     .hint = "name another file with --db"});
+}
+
+// A stranger's file may hold triggers or views that act when it is read or written.
+void check_schema(Connection& connection, int version) {
+  Connection model(":memory:", Access::create);
+  create_schema(model, version);
+  const Schema expected = read_schema(model);
+  const Schema found = read_schema(connection);
+  for (const auto& [name, sql] : expected) {
+    const auto it = found.find(name);
+    if (it == found.end()) throw not_ours(connection, "no " + name, "the schema of its version");
+    if (it->second != sql) {
+      throw not_ours(connection, "another " + name, "the schema of its version");
+    }
+  }
+  for (const auto& [name, sql] : found) {
+    const bool own_table = name.starts_with("table ") && !sql.starts_with("CREATE VIRTUAL");
+    if (expected.contains(name) || own_table || name.starts_with("index ")) continue;
+    throw not_ours(connection, "an unknown " + name, "no triggers and views but its own");
+  }
+}
+
+void initialise(Connection& connection) {
+  connection.execute("PRAGMA journal_mode = WAL");
+  Transaction transaction(connection);
+  if (!is_empty(connection)) return;  // another process was first
+  create_schema(connection, newest_version());
+  transaction.commit();
+}
+
+}  // namespace
+
+int newest_version() { return static_cast<int>(migrations().size()); }
+
+int version_of(Connection& connection) {
+  return static_cast<int>(single(connection, "PRAGMA user_version"));
+}
+
+void create_schema(Connection& connection, int version) {
+  connection.execute("PRAGMA application_id = " + std::to_string(kApplicationId));
+  for (int v = 0; v < version; ++v) connection.execute(migrations()[static_cast<std::size_t>(v)]);
+  connection.execute("PRAGMA user_version = " + std::to_string(version));
+}
+
+void check_identity(Connection& connection) {
+  const auto id = single(connection, "PRAGMA application_id");
+  if (id != kApplicationId) {
+    throw not_ours(connection, "application_id " + std::to_string(id),
+                   "application_id " + std::to_string(kApplicationId));
+  }
+  const int version = version_of(connection);
+  if (version > newest_version()) {
+    throw StoreError({.what = "this database was written by a newer trammel",
+                      .where = {.file = connection.file().string()},
+                      .got = "version " + std::to_string(version),
+                      .expected = "version " + std::to_string(newest_version()) + " or older",
+                      .hint = "use the newer program"});
+  }
+  if (version < 1) throw not_ours(connection, "version " + std::to_string(version), "1 or later");
+  if (version < newest_version() && connection.access() != Access::read_only) {
+    throw StoreError({.what = "this database was written by an older trammel: it can be read only",
+                      .where = {.file = connection.file().string()},
+                      .got = "version " + std::to_string(version),
+                      .expected = "version " + std::to_string(newest_version()),
+                      .hint = "run `trammel db migrate`"});
+  }
+  check_schema(connection, version);
+}
+
+Connection open(const std::filesystem::path& file, Access access) {
+  Connection connection(file, access);
+  connection.execute("PRAGMA recursive_triggers = ON; PRAGMA cell_size_check = ON");
+  if (access == Access::create && is_empty(connection)) initialise(connection);
+  check_identity(connection);
+  if (access == Access::read_only) {
+    connection.execute("PRAGMA query_only = ON");
+    guard_reads(connection);
+  } else {
+    connection.execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL");
+    guard_writes(connection);
+  }
+  return connection;
+}
+
+}  // namespace trammel::store

@@ -1,0 +1,215 @@
+#include "store/reading.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "store/clock.hpp"
+#include "store/job_key.hpp"
+#include "store/seal.hpp"
+#include "store/transaction.hpp"
+
+namespace trammel::store {
+
+namespace {
+
+constexpr std::array<const char*, 3> kSets = {"identify", "validate", "predict"};
+
+// The order of kReadingColumns.
+enum Column {
+  kReadingId,
+  kCampaignId,
+  kSeq,
+  kSessionId,
+  kEpoch,
+  kAttemptId,
+  kSet,
+  kTarget,
+  kCmd = kTarget + 3,
+  kFrom = kCmd + 3,
+  kMeasured = kFrom + 3,
+  kEncoder = kMeasured + 3,
+  kTime = kEncoder + 3,
+  kTemp,
+  kRawReply,
+  kExtra,
+  kColumns
+};
+
+// Binds a row and digests the same values.
+struct Row {
+  Statement& statement;
+  Digest& digest;
+
+  template <class T>
+  Row& operator<<(const T& value) {
+    statement << value;
+    digest << value;
+    return *this;
+  }
+  Row& operator<<(const Pose& pose) { return *this << pose.x_mm << pose.y_mm << pose.phi_rad; }
+  Row& operator<<(const Displacements& l_mm) { return *this << l_mm[0] << l_mm[1] << l_mm[2]; }
+  template <class T>
+  Row& triple(const std::optional<T>& value) {
+    if (value) return *this << *value;
+    return *this << std::nullopt << std::nullopt << std::nullopt;
+  }
+};
+
+Pose pose_at(const Statement& row, int column) {
+  return {row.real(column), row.real(column + 1), row.real(column + 2)};
+}
+
+Displacements displacements_at(const Statement& row, int column) {
+  return {row.real(column), row.real(column + 1), row.real(column + 2)};
+}
+
+StoredReading stored_at(const Statement& row) {
+  StoredReading stored{.reading_id = row.integer(kReadingId),
+                       .session_id = row.integer(kSessionId),
+                       .attempt_id = row.optional_integer(kAttemptId),
+                       .data = {}};
+  Reading& reading = stored.data.reading;
+  reading.seq = static_cast<int>(row.integer(kSeq));
+  reading.set = reading_set(row.text(kSet));
+  reading.target = pose_at(row, kTarget);
+  reading.conditions = {.cmd_mm = displacements_at(row, kCmd),
+                        .from_mm = displacements_at(row, kFrom),
+                        .epoch = static_cast<int>(row.integer(kEpoch)),
+                        .time_s = row.optional_real(kTime),
+                        .temp_degc = row.optional_real(kTemp)};
+  if (!row.is_null(kMeasured)) reading.measured = pose_at(row, kMeasured);
+  if (!row.is_null(kEncoder)) stored.data.encoder_mm = displacements_at(row, kEncoder);
+  stored.data.raw_reply = row.optional_text(kRawReply);
+  stored.data.extra_json = row.optional_text(kExtra);
+  return stored;
+}
+
+}  // namespace
+
+const char* const kReadingColumns =
+    "reading_id, campaign_id, seq, session_id, epoch, attempt_id, reading_set, target_x_mm, "
+    "target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, "
+    "from_l3_mm, x_mm, y_mm, phi_rad, encoder_l1_mm, encoder_l2_mm, encoder_l3_mm, time_s, "
+    "temp_degc, raw_reply, extra_json, sha256";
+
+const char* name_of(ReadingSet set) { return kSets[static_cast<std::size_t>(set)]; }
+
+ReadingSet reading_set(std::string_view name) {
+  const auto found = std::ranges::find(kSets, name);
+  if (found == kSets.end()) {
+    throw InputError({.what = "unknown set of readings",
+                      .got = std::string(name),
+                      .expected = "identify, validate or predict"});
+  }
+  return static_cast<ReadingSet>(found - kSets.begin());
+}
+
+ReadingWriter::ReadingWriter(Connection& connection, Id campaign_id)
+    : connection_(connection), campaign_id_(campaign_id) {
+  Statement last(connection_,
+                 "SELECT seq, sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
+  last << campaign_id;
+  if (!last.step()) return;
+  last_seq_ = static_cast<int>(last.integer(0));
+  std::ranges::copy(last.blob(1), head_.begin());
+}
+
+int ReadingWriter::add(const NewReading& data, Id session_id, std::optional<Id> attempt_id) {
+  static const std::string sql = std::string("INSERT INTO reading (") + kReadingColumns +
+                                 ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+  Statement next(connection_, "SELECT coalesce(max(reading_id), 0) + 1 FROM reading");
+  static_cast<void>(next.step());
+  const Id reading_id = next.integer(0);
+  if (data.extra_json) static_cast<void>(canonical_json(*data.extra_json, "extra_json"));
+  const Reading& reading = data.reading;
+  const int seq = reading.seq > 0 ? reading.seq : last_seq_ + 1;
+  Statement insert(connection_, sql);
+  Digest digest;
+  digest << Bytes(head_);
+  Row row{insert, digest};
+  row << reading_id << campaign_id_ << seq << session_id << reading.conditions.epoch << attempt_id
+      << name_of(reading.set) << reading.target << reading.conditions.cmd_mm
+      << reading.conditions.from_mm;
+  row.triple(reading.measured).triple(data.encoder_mm);
+  row << reading.conditions.time_s << reading.conditions.temp_degc << data.raw_reply
+      << data.extra_json;
+  const Sha256 sha256 = digest.finish();
+  insert << Bytes(sha256);
+  insert.run();
+  head_ = sha256;
+  last_seq_ = seq;
+  return seq;
+}
+
+std::vector<StoredReading> readings(Connection& connection, Id campaign_id,
+                                    const std::vector<Id>& sessions) {
+  static const std::string sql =
+      std::string("SELECT ") + kReadingColumns + " FROM reading WHERE campaign_id = ? ORDER BY seq";
+  std::vector<StoredReading> all;
+  Statement rows(connection, sql);
+  rows << campaign_id;
+  while (rows.step()) {
+    if (sessions.empty() || std::ranges::count(sessions, rows.integer(kSessionId)) > 0) {
+      all.push_back(stored_at(rows));
+    }
+  }
+  return all;
+}
+
+Sha256 chain_head(Connection& connection, Id campaign_id) {
+  Sha256 head{};
+  Statement last(connection,
+                 "SELECT sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
+  last << campaign_id;
+  if (last.step()) std::ranges::copy(last.blob(0), head.begin());
+  return head;
+}
+
+Sha256 chained(const Sha256& head, const Statement& row) {
+  Digest digest;
+  digest << Bytes(head);
+  return digest.row(row, kColumns).finish();
+}
+
+Id exclude_reading(Connection& connection, Id campaign_id, int seq, std::string_view reason) {
+  if (reason.find_first_not_of(" \t\r\n") == std::string_view::npos || reason.size() > 1000) {
+    throw InputError({.what = "an exclusion needs a reason",
+                      .where = {.field = "reason"},
+                      .expected = "1 to 1000 characters"});
+  }
+  Transaction transaction(connection);
+  Statement find(
+      connection,
+      "SELECT exclusion.reason FROM reading LEFT JOIN exclusion USING (campaign_id, seq) "
+      "WHERE campaign_id = ? AND seq = ?");
+  find << campaign_id << seq;
+  const std::string point = "seq " + std::to_string(seq);
+  if (!find.step()) throw NotFoundError({.what = "no such reading", .where = {.point = point}});
+  if (!find.is_null(0)) {
+    throw InputError({.what = "this reading is excluded already",
+                      .where = {.point = point},
+                      .got = find.text(0)});
+  }
+  Statement insert(
+      connection, "INSERT INTO exclusion (campaign_id, seq, reason, created_utc) VALUES (?,?,?,?)");
+  insert << campaign_id << seq << reason << utc_now();
+  const Id id = insert.run();
+  seal(connection, "exclusion", id);
+  transaction.commit();
+  return id;
+}
+
+std::vector<Exclusion> exclusions(Connection& connection, Id campaign_id) {
+  std::vector<Exclusion> all;
+  Statement rows(
+      connection,
+      "SELECT exclusion_id, seq, reason, created_utc FROM exclusion WHERE campaign_id = ? "
+      "ORDER BY seq");
+  rows << campaign_id;
+  while (rows.step()) {
+    all.push_back({rows.integer(0), static_cast<int>(rows.integer(1)), rows.text(2), rows.text(3)});
+  }
+  return all;
+}
+
+}  // namespace trammel::store

@@ -1,0 +1,267 @@
+#include "store/session.hpp"
+
+#include "store/clock.hpp"
+#include "store/job_key.hpp"
+#include "store/provenance.hpp"
+#include "store/seal.hpp"
+#include "store/transaction.hpp"
+
+namespace trammel::store {
+
+namespace {
+
+constexpr const char* kSessionRows =
+    "SELECT session_id, campaign_id, name, compensation_job_id, plan_name, stage, tracker, "
+    "settings_json, created_utc, n_points, "
+    "(SELECT count(*) FROM attempt JOIN point USING (point_id) "
+    "  WHERE point.session_id = session.session_id AND status = 'ok'), "
+    "(SELECT count(*) FROM reading WHERE reading.session_id = session.session_id), "
+    "coalesce((SELECT kind FROM session_event WHERE session_event.session_id = session.session_id "
+    "  ORDER BY event_id DESC LIMIT 1), '') "
+    "FROM session ";
+
+SessionRow session_at(const Statement& row) {
+  return {.id = row.integer(0),
+          .campaign_id = row.integer(1),
+          .name = row.text(2),
+          .compensation_job = row.optional_integer(3),
+          .plan_name = row.text(4),
+          .stage = row.text(5),
+          .tracker = row.text(6),
+          .settings_json = row.text(7),
+          .created_utc = row.text(8),
+          .n_points = static_cast<int>(row.integer(9)),
+          .n_ok = static_cast<int>(row.integer(10)),
+          .n_readings = static_cast<int>(row.integer(11)),
+          .last_event = row.text(12)};
+}
+
+void add_point(Connection& connection, Id session_id, const Point& p) {
+  Statement insert(
+      connection,
+      "INSERT INTO point (session_id, seq, reading_set, target_x_mm, target_y_mm, "
+      "target_phi_rad, approach_1, approach_2, approach_3, repeat, is_reference, role, "
+      "planned_l1_mm, planned_l2_mm, planned_l3_mm) "
+      "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  insert << session_id << p.seq << name_of(p.set) << p.target.x_mm << p.target.y_mm
+         << p.target.phi_rad << p.approach[0] << p.approach[1] << p.approach[2] << p.repeat
+         << p.reference << p.role << p.planned_mm[0] << p.planned_mm[1] << p.planned_mm[2];
+  insert.run();
+}
+
+std::vector<Point> points_where(Connection& connection, Id session_id, std::string_view condition) {
+  std::vector<Point> all;
+  Statement rows(connection,
+                 "SELECT seq, reading_set, target_x_mm, target_y_mm, target_phi_rad, approach_1, "
+                 "approach_2, approach_3, repeat, is_reference, role, planned_l1_mm, "
+                 "planned_l2_mm, planned_l3_mm FROM point WHERE session_id = ? " +
+                     std::string(condition) + " ORDER BY seq");
+  rows << session_id;
+  const auto integer = [&](int column) { return static_cast<int>(rows.integer(column)); };
+  while (rows.step()) {
+    all.push_back({.seq = integer(0),
+                   .set = reading_set(rows.text(1)),
+                   .target = {rows.real(2), rows.real(3), rows.real(4)},
+                   .approach = {integer(5), integer(6), integer(7)},
+                   .repeat = integer(8),
+                   .reference = integer(9) != 0,
+                   .role = rows.text(10),
+                   .planned_mm = {rows.real(11), rows.real(12), rows.real(13)}});
+  }
+  return all;
+}
+
+void close_attempt(Connection& connection, Id attempt_id, const char* status,
+                   std::size_t n_readings, std::string_view detail) {
+  Statement update(connection,
+                   "UPDATE attempt SET status = ?, n_readings = ?, detail = ?, closed_utc = ? "
+                   "WHERE attempt_id = ?");
+  update << status << static_cast<int>(n_readings) << detail.substr(0, 10'000) << utc_now()
+         << attempt_id;
+  update.run();
+  seal(connection, "attempt", attempt_id);
+}
+
+}  // namespace
+
+Id create_session(Connection& connection, const NewSession& s) {
+  Transaction transaction(connection);
+  if (find_session(connection, s.campaign_id, s.name)) {
+    throw InputError({.what = "the campaign has a session of this name already",
+                      .where = {.field = "session"},
+                      .got = s.name,
+                      .hint = "resume it, or choose another name"});
+  }
+  Statement insert(connection,
+                   "INSERT INTO session (campaign_id, name, compensation_job_id, plan_name, "
+                   "n_points, n_imported, stage, tracker, settings_json, tool_version, "
+                   "created_utc) VALUES (?,?,?,?,?,?,?,?,?,?,?)");
+  insert << s.campaign_id << s.name << s.compensation_job << s.plan_name
+         << static_cast<int>(s.points.size()) << s.n_imported << s.stage << s.tracker
+         << canonical_json(s.settings_json, "settings") << this_program().tool_version << utc_now();
+  const Id id = insert.run();
+  for (const Point& point : s.points) add_point(connection, id, point);
+  seal(connection, "session", id);
+  transaction.commit();
+  return id;
+}
+
+std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id) {
+  std::vector<SessionRow> all;
+  Statement rows(connection,
+                 std::string(kSessionRows) + "WHERE campaign_id = ? ORDER BY session_id");
+  rows << campaign_id;
+  while (rows.step()) all.push_back(session_at(rows));
+  return all;
+}
+
+std::optional<SessionRow> find_session(Connection& connection, Id campaign_id,
+                                       std::string_view name) {
+  Statement rows(connection, std::string(kSessionRows) + "WHERE campaign_id = ? AND name = ?");
+  rows << campaign_id << name;
+  return rows.step() ? std::optional(session_at(rows)) : std::nullopt;
+}
+
+SessionRow get_session(Connection& connection, Id session_id) {
+  Statement rows(connection, std::string(kSessionRows) + "WHERE session_id = ?");
+  rows << session_id;
+  if (!rows.step()) throw NotFoundError({.what = "no such session"});
+  return session_at(rows);
+}
+
+std::vector<Point> points(Connection& connection, Id session_id) {
+  return points_where(connection, session_id, "");
+}
+
+std::vector<Point> open_points(Connection& connection, Id session_id) {
+  return points_where(connection, session_id,
+                      "AND NOT EXISTS (SELECT 1 FROM attempt WHERE attempt.point_id = "
+                      "point.point_id AND status = 'ok')");
+}
+
+Id add_epoch(Connection& connection, Id session_id, int number, std::string_view reason) {
+  Transaction transaction(connection);
+  Statement insert(connection,
+                   "INSERT INTO epoch (session_id, number, reason, opened_utc) VALUES (?,?,?,?)");
+  insert << session_id << number << reason << utc_now();
+  const Id id = insert.run();
+  seal(connection, "epoch", id);
+  transaction.commit();
+  return id;
+}
+
+Epoch open_epoch(Connection& connection, Id session_id, SetUp set_up, std::string_view reason) {
+  Transaction transaction(connection);
+  Statement last(connection,
+                 "SELECT coalesce(max(number), 0) FROM epoch JOIN session USING (session_id) WHERE "
+                 "campaign_id = (SELECT campaign_id FROM session WHERE session_id = ?)");
+  last << session_id;
+  static_cast<void>(last.step());
+  const auto before = static_cast<int>(last.integer(0));
+  const int number = set_up == SetUp::as_before && before > 0 ? before : before + 1;
+  const Id id = add_epoch(connection, session_id, number, reason);
+  transaction.commit();
+  return {id, number};
+}
+
+std::vector<Epoch> epochs(Connection& connection, Id session_id) {
+  std::vector<Epoch> all;
+  Statement rows(connection,
+                 "SELECT epoch_id, number FROM epoch WHERE session_id = ? ORDER BY epoch_id");
+  rows << session_id;
+  while (rows.step()) all.push_back({rows.integer(0), static_cast<int>(rows.integer(1))});
+  return all;
+}
+
+Id begin_attempt(Connection& connection, Id session_id, int point_seq, Id epoch_id) {
+  Statement insert(connection,
+                   "INSERT INTO attempt (point_id, number, epoch_id, status, n_readings, detail, "
+                   "opened_utc) SELECT point_id, 1 + (SELECT count(*) FROM attempt WHERE "
+                   "attempt.point_id = point.point_id), ?, 'open', 0, '', ? FROM point WHERE "
+                   "session_id = ? AND seq = ? RETURNING attempt_id");
+  insert << epoch_id << utc_now() << session_id << point_seq;
+  if (!insert.step()) {
+    throw NotFoundError({.what = "the session's plan has no such point",
+                         .where = {.point = "seq " + std::to_string(point_seq)}});
+  }
+  const Id id = insert.integer(0);
+  while (insert.step()) {
+  }
+  return id;
+}
+
+std::vector<int> finish_attempt(Connection& connection, Id attempt_id,
+                                const std::vector<NewReading>& readings) {
+  if (readings.empty()) throw InputError({.what = "an attempt without a reading is not ok"});
+  Transaction transaction(connection);
+  Statement of(connection,
+               "SELECT campaign_id, session.session_id, epoch.number FROM attempt JOIN epoch USING "
+               "(epoch_id) JOIN session USING (session_id) WHERE attempt_id = ?");
+  of << attempt_id;
+  if (!of.step()) throw NotFoundError({.what = "no such attempt"});
+  ReadingWriter writer(connection, of.integer(0));
+  std::vector<int> seqs;
+  for (NewReading reading : readings) {
+    reading.reading.conditions.epoch = static_cast<int>(of.integer(2));
+    seqs.push_back(writer.add(reading, of.integer(1), attempt_id));
+  }
+  of.reset();
+  close_attempt(connection, attempt_id, "ok", readings.size(), "");
+  transaction.commit();
+  return seqs;
+}
+
+void fail_attempt(Connection& connection, Id attempt_id, std::string_view detail) {
+  Transaction transaction(connection);
+  close_attempt(connection, attempt_id, "failed", 0, detail);
+  transaction.commit();
+}
+
+int interrupt_open_attempts(Connection& connection, Id session_id, std::string_view detail) {
+  Transaction transaction(connection);
+  int n = 0;
+  for (const Attempt& attempt : attempts(connection, session_id)) {
+    if (attempt.status != "open") continue;
+    close_attempt(connection, attempt.id, "interrupted", 0, detail);
+    ++n;
+  }
+  transaction.commit();
+  return n;
+}
+
+std::vector<Attempt> attempts(Connection& connection, Id session_id) {
+  std::vector<Attempt> all;
+  Statement rows(connection,
+                 "SELECT attempt_id, point.seq, attempt.number, epoch.number, status, n_readings, "
+                 "detail, attempt.opened_utc FROM attempt JOIN point USING (point_id) JOIN epoch "
+                 "USING (epoch_id) WHERE point.session_id = ? ORDER BY attempt_id");
+  rows << session_id;
+  const auto integer = [&](int column) { return static_cast<int>(rows.integer(column)); };
+  while (rows.step()) {
+    all.push_back({rows.integer(0), integer(1), integer(2), integer(3), rows.text(4), integer(5),
+                   rows.text(6), rows.text(7)});
+  }
+  return all;
+}
+
+void add_event(Connection& connection, Id session_id, std::string_view kind,
+               std::string_view detail) {
+  Transaction transaction(connection);
+  Statement insert(connection,
+                   "INSERT INTO session_event (session_id, kind, detail, at_utc) VALUES (?,?,?,?)");
+  insert << session_id << kind << detail.substr(0, 10'000) << utc_now();
+  seal(connection, "session_event", insert.run());
+  transaction.commit();
+}
+
+std::vector<Event> events(Connection& connection, Id session_id) {
+  std::vector<Event> all;
+  Statement rows(connection,
+                 "SELECT kind, detail, at_utc FROM session_event WHERE session_id = ? ORDER BY "
+                 "event_id");
+  rows << session_id;
+  while (rows.step()) all.push_back({rows.text(0), rows.text(1), rows.text(2)});
+  return all;
+}
+
+}  // namespace trammel::store

@@ -1,0 +1,25 @@
+#include "store/transaction.hpp"
+
+#include <sqlite3.h>
+
+namespace trammel::store {
+
+Transaction::Transaction(Connection& connection)
+    : connection_(connection), outermost_(sqlite3_get_autocommit(connection.handle()) != 0) {
+  connection_.execute(outermost_ ? "BEGIN IMMEDIATE" : "SAVEPOINT part");
+}
+
+Transaction::~Transaction() {
+  if (done_) return;
+  // Some errors (disk full, I/O) have rolled back already: then there is nothing to undo.
+  if (sqlite3_get_autocommit(connection_.handle()) != 0) return;
+  const char* undo = outermost_ ? "ROLLBACK" : "ROLLBACK TO part; RELEASE part";
+  sqlite3_exec(connection_.handle(), undo, nullptr, nullptr, nullptr);
+}
+
+void Transaction::commit() {
+  connection_.execute(outermost_ ? "COMMIT" : "RELEASE part");
+  done_ = true;
+}
+
+}  // namespace trammel::store
