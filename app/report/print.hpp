@@ -1,0 +1,19 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "app/report/report.hpp"
+
+namespace trammel::report {
+
+/// The fields of "trammel/report/1".
+nlohmann::ordered_json to_json(const Report& report);
+
+/// For a person at a terminal, at most 100 columns wide.
+std::string to_text(const Report& report);
+
+/// The report in one sentence: what the best correction that was measured (else predicted) does.
+std::string verdict(const Report& report);
+
+}  // namespace trammel::report

@@ -1,0 +1,133 @@
+#pragma once
+// What a campaign's report says, as data: text and JSON (and later pages) are made from it.
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/assess/summary.hpp"
+
+namespace trammel::report {
+
+/// The paper's own figures for a table of ours. Source: Zhang et al. 2024, Tables IV to XI.
+struct PaperFigures {
+  std::string table;  // "IV"
+  double before_mean = 0, before_max = 0, before_min = 0;
+  double after_mean = 0, after_max = 0, after_min = 0;
+};
+
+/// Errors of the same poses before and after a correction, mm or deg.
+struct ErrorTable {
+  std::string id;                // "lsq-80-position"
+  std::string method;            // "lsq"
+  std::string figure;            // "position", "attitude"
+  std::string unit;              // "mm", "deg"
+  std::string set;               // "identify", "validate"
+  bool in_sample = false;        // judged on the poses that were fitted
+  bool after_predicted = false;  // by the correction from the readings before; else measured again
+  Summary before = {};
+  Summary after = {};
+  std::optional<PaperFigures> paper = {};
+};
+
+/// Two methods on the same baseline readings, point by point: positive when `a` leaves more.
+struct Contest {
+  std::string a, b;
+  int n = 0;
+  int b_better = 0;               // points where b leaves the smaller error
+  double mean_difference_mm = 0;  // a - b
+  double half_width_mm = 0;       // 95 %: t s / sqrt(n)
+};
+
+/// The least-squares circle through measured points, less the circle that was asked for.
+struct CircleDeviation {
+  double centre_x_mm = 0, centre_y_mm = 0, radius_mm = 0;
+};
+struct CircleRow {
+  std::string name;
+  double x_mm = 0, y_mm = 0, radius_mm = 0;  // wanted
+  int n = 0;
+  CircleDeviation before = {};
+  CircleDeviation after = {};
+};
+struct CircleTable {
+  std::string method;  // whose correction "after" had
+  bool after_predicted = false;
+  Summary before = {};  // position errors of all points, mm
+  Summary after = {};
+  std::vector<CircleRow> rows;
+};
+
+/// Mean of the absolute deviations over the circles, as the paper's Table XI has them.
+CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation CircleRow::*side);
+
+/// One identified error source, mm or deg.
+struct ParameterRow {
+  std::string name;
+  std::string unit;
+  int epoch = 1;
+  double value = 0;
+  double standard_uncertainty = 0;
+  bool identified = false;  // by itself; else the value means nothing alone
+};
+struct Identification {
+  std::string job_key;
+  int rank = 0;
+  int columns = 0;
+  std::vector<ParameterRow> parameters;
+  std::vector<ParameterRow> combinations;  // "l_2 - R_2"
+  std::vector<std::string> words;          // what is not identifiable
+};
+
+/// How well the network meets its own samples, mm (Table VIII).
+struct NetworkFit {
+  int neurons = 0;
+  int n = 0;
+  double sigma_mm = 0;  // the spread that leave-one-out chose
+  double mae_mm = 0, mse_mm2 = 0;
+  std::array<std::optional<double>, 3> r2_pearson;  // per joint
+  std::array<std::optional<double>, 3> r2;          // 1 - SSE / SST
+};
+
+struct SessionRow {
+  std::string name, plan, compensation;
+  int n_points = 0, n_readings = 0, n_epochs = 0;
+};
+struct JobRow {
+  long long id = 0;
+  std::string stage, key;
+};
+
+struct Report {
+  std::string campaign;
+  bool simulated = false;
+  bool imported = false;
+  std::string mechanism;  // one line
+  std::string noise;      // where the sigmas come from
+  double floor_mean_mm = 0;
+  double floor_mean_deg = 0;
+  int n_readings = 0;
+  int n_excluded = 0;
+  std::vector<ErrorTable> tables;
+  std::optional<Contest> contest;
+  std::optional<CircleTable> circles;
+  std::optional<Identification> identification;
+  std::optional<NetworkFit> network;
+  std::vector<SessionRow> sessions;
+  std::vector<JobRow> jobs;
+  std::vector<std::string> exclusions;                     // "seq 7: beam hit by a sleeve"
+  std::vector<std::pair<std::string, std::string>> facts;  // the campaign's own
+  std::string chain_head;                                  // SHA-256 over all readings
+};
+
+/// The paper's figures for a table's id, where it printed any.
+std::optional<PaperFigures> paper_figures(const std::string& id);
+
+/// Tables XI and VIII of the paper.
+inline constexpr CircleDeviation kPaperCircles = {0.0367, 0.0432, 0.0993};  // means after, mm
+inline constexpr double kPaperMae_mm = 0.0391;
+inline constexpr double kPaperMse_mm2 = 0.0018;
+inline constexpr std::array<double, 3> kPaperR2Pearson = {0.8854, 0.9656, 0.9655};
+
+}  // namespace trammel::report

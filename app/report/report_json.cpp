@@ -1,0 +1,155 @@
+#include "app/report/print.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json summary_json(const Summary& summary) {
+  return {{"mean", summary.mean},
+          {"max", summary.max},
+          {"min", summary.min},
+          {"p95", summary.p95},
+          {"n", summary.n}};
+}
+
+Json optional_json(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json paper_json(const PaperFigures& paper) {
+  return {
+      {"table", paper.table},
+      {"before",
+       {{"mean", paper.before_mean}, {"max", paper.before_max}, {"min", paper.before_min}}},
+      {"after", {{"mean", paper.after_mean}, {"max", paper.after_max}, {"min", paper.after_min}}},
+      {"improvement_pct", 100 * (1 - paper.after_mean / paper.before_mean)}};
+}
+
+Json before_after_json(const Summary& before, const Summary& after, bool predicted) {
+  return {{"before", summary_json(before)},
+          {"after", summary_json(after)},
+          {"after_is", predicted ? "predicted" : "measured"},
+          {"improvement_pct", optional_json(improvement_pct(before, after))}};
+}
+
+Json table_json(const ErrorTable& table) {
+  Json json = {{"id", table.id},     {"method", table.method}, {"figure", table.figure},
+               {"unit", table.unit}, {"set", table.set},       {"in_sample", table.in_sample}};
+  json.update(before_after_json(table.before, table.after, table.after_predicted));
+  if (table.paper) json["paper"] = paper_json(*table.paper);
+  return json;
+}
+
+Json deviation_json(const CircleDeviation& d) {
+  return {
+      {"centre_x_mm", d.centre_x_mm}, {"centre_y_mm", d.centre_y_mm}, {"radius_mm", d.radius_mm}};
+}
+
+Json circles_json(const CircleTable& circles) {
+  Json json = {{"id", "circles"}, {"method", circles.method}, {"figure", "position"},
+               {"unit", "mm"},    {"set", "validate"},        {"in_sample", false}};
+  json.update(before_after_json(circles.before, circles.after, circles.after_predicted));
+  json["circles"] = Json::array();
+  for (const CircleRow& row : circles.rows) {
+    json["circles"].push_back({{"name", row.name},
+                               {"x_mm", row.x_mm},
+                               {"y_mm", row.y_mm},
+                               {"radius_mm", row.radius_mm},
+                               {"n", row.n},
+                               {"before", deviation_json(row.before)},
+                               {"after", deviation_json(row.after)}});
+  }
+  json["mean_abs_before"] = deviation_json(mean_deviation(circles, &CircleRow::before));
+  json["mean_abs_after"] = deviation_json(mean_deviation(circles, &CircleRow::after));
+  json["paper"] = {{"table", "XI"}, {"mean_abs_after", deviation_json(kPaperCircles)}};
+  return json;
+}
+
+Json parameters_json(const std::vector<ParameterRow>& rows) {
+  Json json = Json::array();
+  for (const ParameterRow& row : rows) {
+    json.push_back({{"name", row.name},
+                    {"unit", row.unit},
+                    {"epoch", row.epoch},
+                    {"value", row.value},
+                    {"standard_uncertainty", row.standard_uncertainty},
+                    {"identified", row.identified}});
+  }
+  return json;
+}
+
+Json network_json(const NetworkFit& fit) {
+  Json json = {{"neurons", fit.neurons},   {"n", fit.n},
+               {"sigma_mm", fit.sigma_mm}, {"mae_mm", fit.mae_mm},
+               {"mse_mm2", fit.mse_mm2},   {"in_sample", true}};
+  for (const auto& value : fit.r2_pearson) json["r2_pearson"].push_back(optional_json(value));
+  for (const auto& value : fit.r2) json["r2"].push_back(optional_json(value));
+  json["paper"] = {{"table", "VIII"},
+                   {"mae_mm", kPaperMae_mm},
+                   {"mse_mm2", kPaperMse_mm2},
+                   {"r2_pearson", kPaperR2Pearson}};
+  return json;
+}
+
+Json contest_json(const Contest& contest) {
+  return {{"a", contest.a},
+          {"b", contest.b},
+          {"n", contest.n},
+          {"b_better", contest.b_better},
+          {"mean_difference_mm", contest.mean_difference_mm},
+          {"half_width_95_mm", contest.half_width_mm}};
+}
+
+Json origin_json(const Report& report) {
+  Json sessions = Json::array(), jobs = Json::array(), facts = Json::object();
+  for (const SessionRow& s : report.sessions) {
+    sessions.push_back({{"name", s.name},
+                        {"plan", s.plan},
+                        {"compensation", s.compensation},
+                        {"n_points", s.n_points},
+                        {"n_readings", s.n_readings},
+                        {"n_epochs", s.n_epochs}});
+  }
+  for (const JobRow& j : report.jobs) {
+    jobs.push_back({{"id", j.id}, {"stage", j.stage}, {"key", j.key}});
+  }
+  for (const auto& [key, value] : report.facts) facts[key] = value;
+  return {{"sessions", sessions},
+          {"jobs", jobs},
+          {"exclusions", report.exclusions},
+          {"facts", facts},
+          {"chain_head", report.chain_head}};
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const Report& report) {
+  Json json = {{"campaign", report.campaign},
+               {"kind", report.simulated ? "simulated" : "real"},
+               {"imported", report.imported},
+               {"verdict", verdict(report)},
+               {"n_readings", report.n_readings},
+               {"n_excluded", report.n_excluded},
+               {"noise", report.noise},
+               {"floor_mean_mm", report.floor_mean_mm},
+               {"floor_mean_deg", report.floor_mean_deg},
+               {"tables", Json::array()}};
+  for (const ErrorTable& table : report.tables) json["tables"].push_back(table_json(table));
+  if (report.circles) json["tables"].push_back(circles_json(*report.circles));
+  if (report.contest) json["contest"] = contest_json(*report.contest);
+  if (const auto& found = report.identification) {
+    json["identification"] = {{"job_key", found->job_key},
+                              {"rank", found->rank},
+                              {"columns", found->columns},
+                              {"parameters", parameters_json(found->parameters)},
+                              {"combinations", parameters_json(found->combinations)},
+                              {"words", found->words}};
+  }
+  if (report.network) json["network"] = network_json(*report.network);
+  json.update(origin_json(report));
+  return json;
+}
+
+}  // namespace trammel::report

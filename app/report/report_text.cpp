@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/cli/context.hpp"
+#include "app/report/print.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+using cli::printable;
+
+std::string heading(const std::string& text) {
+  return "\n" + cli::bold(text) + "\n" + std::string(text.size(), '-') + "\n";
+}
+
+std::string method_words(const std::string& method) {
+  if (method == "lsq") return "least squares (geometry)";
+  if (method == "idw") return "inverse distance weighting";
+  if (method == "rbf") return "radial basis network";
+  return method;
+}
+
+std::string percent(const std::optional<double>& value) {
+  return value ? fmt::format("{:+.1f} %", -*value) : "";
+}
+
+// Errors to a tenth of a micrometre and of a millidegree: a tracker reads 10 and 4 of them.
+std::string error_columns(const Summary& s) {
+  return fmt::format("{:7.4f} {:7.4f} {:7.4f} {:7.4f}", s.mean, s.max, s.min, s.p95);
+}
+
+std::string row(const std::string& label, const std::string& set, const std::string& n,
+                const std::string& before, const std::string& after, const std::string& better) {
+  return fmt::format("{:<15} {:<12} {:>4}  {:<31}  {:<31} {:>9}\n", label, set, n, before, after,
+                     better);
+}
+
+std::string paper_row(const PaperFigures& paper, bool in_sample) {
+  const auto columns = [](double mean, double max, double min) {
+    return fmt::format("{:7.4f} {:7.4f} {:7.4f}", mean, max, min);
+  };
+  return row("  paper, " + paper.table, in_sample ? "in-sample" : "held-out", "",
+             columns(paper.before_mean, paper.before_max, paper.before_min),
+             columns(paper.after_mean, paper.after_max, paper.after_min),
+             percent(100 * (1 - paper.after_mean / paper.before_mean)));
+}
+
+std::string figure_tables(const Report& report, const std::string& figure) {
+  std::string text;
+  const std::string numbers = fmt::format("{:>7} {:>7} {:>7} {:>7}", "mean", "max", "min", "p95");
+  for (const ErrorTable& table : report.tables) {
+    if (table.figure != figure) continue;
+    if (text.empty()) {
+      text = heading(
+          fmt::format("{} error [{}]", figure == "position" ? "Position" : "Attitude", table.unit));
+      text += row("", "", "", "before", "after", "");
+      text += row("method", "judged", "n", numbers, numbers, "change");
+    }
+    text += row(table.method + (table.after_predicted ? " *" : ""),
+                table.in_sample ? "in-sample" : "held-out", std::to_string(table.before.n),
+                error_columns(table.before), error_columns(table.after),
+                percent(improvement_pct(table.before, table.after)));
+    if (table.paper) text += paper_row(*table.paper, table.in_sample);
+  }
+  if (!text.empty()) {
+    const double floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
+    text += row("noise floor", "", "", "", fmt::format("{:7.4f}", floor), "");
+  }
+  return text;
+}
+
+std::string notes(const Report& report) {
+  bool predicted = false;
+  for (const ErrorTable& table : report.tables) predicted = predicted || table.after_predicted;
+  std::string text =
+      "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has seen.\n"
+      "noise floor: what a perfect robot reads on average, " +
+      report.noise + ".\n";
+  if (predicted) {
+    text +=
+        "*: \"after\" is predicted from the readings before, not measured again: "
+        "the robot keeps its\n   error, only the command changes.\n";
+  }
+  return text;
+}
+
+std::string contest_text(const Contest& c) {
+  const bool clear = std::abs(c.mean_difference_mm) > c.half_width_mm;
+  const std::string& winner = c.mean_difference_mm > 0 ? c.b : c.a;
+  std::string text = heading(fmt::format("{} against {}, on one baseline", c.a, c.b));
+  text += fmt::format(
+      "{} leaves the smaller error at {} of the same {} points; mean difference {} - {} = "
+      "{:+.4f} mm,\n95 % interval +-{:.4f} mm: {}.\n",
+      c.b, c.b_better, c.n, c.a, c.b, c.mean_difference_mm, c.half_width_mm,
+      clear ? winner + " is better" : "no difference that these points can show");
+  return text + "(The paper compares 59.2 % with 63.0 % from different \"before\" readings.)\n";
+}
+
+std::string deviation_columns(const CircleDeviation& d) {
+  return fmt::format("{:+8.4f} {:+8.4f} {:+8.4f}", d.centre_x_mm, d.centre_y_mm, d.radius_mm);
+}
+
+std::string circles_text(const CircleTable& circles) {
+  std::string text =
+      heading(fmt::format("Circles [mm], held-out, after: {}{}", method_words(circles.method),
+                          circles.after_predicted ? ", predicted" : ", measured again"));
+  text += fmt::format("{:<27} {:>3}  {:<26}    {:<26}\n", "", "", "before", "after");
+  const std::string names = fmt::format("{:>8} {:>8} {:>8}", "centre x", "centre y", "radius");
+  text += fmt::format("{:<27} {:>3}  {}    {}\n", "deviation of", "n", names, names);
+  for (const CircleRow& c : circles.rows) {
+    text += fmt::format(
+        "{:<27} {:>3}  {}    {}\n",
+        fmt::format("{} ({:g}, {:g}) R {:g}", printable(c.name), c.x_mm, c.y_mm, c.radius_mm), c.n,
+        deviation_columns(c.before), deviation_columns(c.after));
+  }
+  text += fmt::format("{:<27} {:>3}  {}    {}\n", "mean of absolute values", "",
+                      deviation_columns(mean_deviation(circles, &CircleRow::before)),
+                      deviation_columns(mean_deviation(circles, &CircleRow::after)));
+  text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "  paper, XI", "", "",
+                      deviation_columns(kPaperCircles));
+  text += fmt::format("position error of all points: mean {:.4f} -> {:.4f} mm, {}\n",
+                      circles.before.mean, circles.after.mean,
+                      percent(improvement_pct(circles.before, circles.after)));
+  return text;
+}
+
+std::string parameter_lines(const std::vector<ParameterRow>& rows) {
+  std::string text;
+  for (const ParameterRow& p : rows) {
+    if (!p.identified) continue;
+    const std::string epoch = p.epoch > 1 ? fmt::format(" (epoch {})", p.epoch) : "";
+    text += fmt::format("  {:<22} {:>10.4f} {:<4} +- {:.4f}\n", p.name + epoch, p.value, p.unit,
+                        p.standard_uncertainty);
+  }
+  return text;
+}
+
+std::string identification_text(const Identification& found) {
+  std::string text = heading("Identified error sources (the paper's Table III)");
+  text += fmt::format("rank {} of {} columns\n", found.rank, found.columns);
+  text += parameter_lines(found.parameters) + parameter_lines(found.combinations);
+  std::string others;
+  for (const ParameterRow& p : found.parameters) {
+    if (!p.identified && p.epoch == 1) others += (others.empty() ? "" : ", ") + p.name;
+  }
+  if (!others.empty()) text += "not identified one by one: " + others + "\n";
+  for (const std::string& sentence : found.words) text += "- " + sentence + "\n";
+  return text;
+}
+
+std::string joint_numbers(const std::array<std::optional<double>, 3>& values) {
+  std::string text;
+  for (const auto& value : values) text += value ? fmt::format(" {:.4f}", *value) : " -";
+  return text;
+}
+
+std::string network_text(const NetworkFit& fit) {
+  std::string text = heading("Network fit, in-sample (the paper's Table VIII)");
+  text += fmt::format("{} neurons on {} points, common spread {:.1f} mm (leave-one-out)\n",
+                      fit.neurons, fit.n, fit.sigma_mm);
+  text += fmt::format("MAE {:.4f} mm (paper {:.4f}), MSE {:.6f} mm^2 (paper {:.4f})\n", fit.mae_mm,
+                      kPaperMae_mm, fit.mse_mm2, kPaperMse_mm2);
+  text += "R^2 = 1 - SSE/SST per joint:" + joint_numbers(fit.r2) + "\n";
+  text += "squared correlation per joint:" + joint_numbers(fit.r2_pearson);
+  return text + " (the paper's \"R^2\": 0.8854 0.9656 0.9655)\n";
+}
+
+std::string origin_text(const Report& report) {
+  std::string text = heading("Where it comes from");
+  for (const SessionRow& s : report.sessions) {
+    text += fmt::format("session {:<24} {:>4} readings  {:<12} {}\n", printable(s.name),
+                        s.n_readings, printable(s.plan),
+                        s.compensation.empty() ? "baseline" : "after " + s.compensation);
+  }
+  for (const JobRow& j : report.jobs) {
+    text += fmt::format("job {:>3} {:<24} {}\n", j.id, j.stage, j.key.substr(0, 16));
+  }
+  for (const std::string& line : report.exclusions) text += "excluded: " + printable(line) + "\n";
+  for (const auto& [key, value] : report.facts) {
+    text += printable(key) + ": " + printable(value) + "\n";
+  }
+  return text + "SHA-256 over all readings: " + report.chain_head + "\n";
+}
+
+/// The table a reader wants first: held-out before in-sample, position, the smallest error left.
+const ErrorTable* best_table(const Report& report) {
+  const ErrorTable* best = nullptr;
+  for (const ErrorTable& table : report.tables) {
+    if (table.figure != "position") continue;
+    const bool better = best == nullptr || (best->in_sample && !table.in_sample) ||
+                        (best->in_sample == table.in_sample && table.after.mean < best->after.mean);
+    if (better) best = &table;
+  }
+  return best;
+}
+
+}  // namespace
+
+CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation CircleRow::*side) {
+  CircleDeviation sum;
+  const double n = static_cast<double>(circles.rows.size());
+  for (const CircleRow& row : circles.rows) {
+    sum.centre_x_mm += std::abs((row.*side).centre_x_mm) / n;
+    sum.centre_y_mm += std::abs((row.*side).centre_y_mm) / n;
+    sum.radius_mm += std::abs((row.*side).radius_mm) / n;
+  }
+  return sum;
+}
+
+std::string verdict(const Report& report) {
+  const ErrorTable* best = best_table(report);
+  if (best == nullptr) {
+    return fmt::format("{} readings, no calibration yet.", report.n_readings);
+  }
+  return fmt::format(
+      "On {} {} points {} brings the mean position error from {:.4f} to {:.4f} mm ({}, {}); "
+      "a perfect robot would read {:.4f} mm.",
+      best->before.n, best->in_sample ? "fitted" : "unseen", method_words(best->method),
+      best->before.mean, best->after.mean, percent(improvement_pct(best->before, best->after)),
+      best->after_predicted ? "predicted" : "measured again", report.floor_mean_mm);
+}
+
+std::string to_text(const Report& report) {
+  std::string text = cli::bold("Campaign " + printable(report.campaign)) +
+                     fmt::format(": {}{}, {} readings", report.simulated ? "SIMULATED" : "real",
+                                 report.imported ? ", imported" : "", report.n_readings);
+  if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
+  text += "\n" + report.mechanism + "\n\n" + verdict(report) + "\n";
+  text += figure_tables(report, "position") + figure_tables(report, "attitude");
+  if (!report.tables.empty()) text += notes(report);
+  if (report.contest) text += contest_text(*report.contest);
+  if (report.circles) text += circles_text(*report.circles);
+  if (report.identification) text += identification_text(*report.identification);
+  if (report.network) text += network_text(*report.network);
+  return text + origin_text(report);
+}
+
+}  // namespace trammel::report
