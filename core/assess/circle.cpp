@@ -52,7 +52,7 @@ Eigen::Vector3d algebraic(const Eigen::MatrixX2d& p) {
 
 }  // namespace
 
-Circle fit_circle(std::span<const Pose> points) {
+FittedCircle fit_circle(std::span<const Pose> points) {
   const Centred c = centred(points);
   require_circle(c);
   Eigen::Vector3d v = algebraic(c.p);

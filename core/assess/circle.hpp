@@ -6,7 +6,7 @@
 
 namespace trammel {
 
-struct Circle {
+struct FittedCircle {
   double x_mm = 0;
   double y_mm = 0;
   double radius_mm = 0;
@@ -19,6 +19,6 @@ struct Circle {
 /// Gauss-Newton on d_i = |p_i - c| - R until the step is below 1e-12 of the radius.
 /// Throws InputError for fewer than three points, or points in one place or on one line.
 /// Proof: exact circles to 1e-12, half arcs, the geometric optimum (circle_test.cpp).
-Circle fit_circle(std::span<const Pose> points);
+FittedCircle fit_circle(std::span<const Pose> points);
 
 }  // namespace trammel

@@ -21,7 +21,7 @@ std::vector<Pose> arc(double x, double y, double radius, double turn, int n) {
   return points;
 }
 
-double radial_squares(const std::vector<Pose>& points, const Circle& c) {
+double radial_squares(const std::vector<Pose>& points, const FittedCircle& c) {
   double sum = 0;
   for (const Pose& p : points) {
     const double d = std::hypot(p.x_mm - c.x_mm, p.y_mm - c.y_mm) - c.radius_mm;
@@ -34,7 +34,7 @@ double radial_squares(const std::vector<Pose>& points, const Circle& c) {
 
 TEST_CASE("an exact circle and a short arc of it give the circle back", "[assess]") {
   for (const double turn : {2 * kPi, 0.5 * kPi}) {
-    const Circle c = fit_circle(arc(50, -20, 50, turn, 72));
+    const FittedCircle c = fit_circle(arc(50, -20, 50, turn, 72));
     CHECK_THAT(c.x_mm, WithinAbs(50, 1e-10));
     CHECK_THAT(c.y_mm, WithinAbs(-20, 1e-10));
     CHECK_THAT(c.radius_mm, WithinAbs(50, 1e-10));
@@ -49,7 +49,7 @@ TEST_CASE("no circle near the fitted one has less radial squares", "[assess]") {
     p.x_mm += 0.5 * random.normal();
     p.y_mm += 0.5 * random.normal();
   }
-  const Circle best = fit_circle(points);
+  const FittedCircle best = fit_circle(points);
   const double least = radial_squares(points, best);
   for (const double step : {1e-4, -1e-4}) {
     CHECK(radial_squares(points, {best.x_mm + step, best.y_mm, best.radius_mm, 0}) > least);
