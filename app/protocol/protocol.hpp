@@ -1,0 +1,45 @@
+#pragma once
+// A whole campaign as data: what to measure, calibrate and measure again, in order.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/measure/reading.hpp"
+
+namespace trammel::protocol {
+
+/// A session: a plan walked through, baseline or under the correction of an earlier step.
+struct MeasureStep {
+  std::string plan;  // "paper-80", "paper-48", "circles"
+  ReadingSet set = ReadingSet::identify;
+  std::optional<std::string> compensate = {};  // name of a calibrate step
+};
+
+/// A job on what earlier steps measured.
+struct CalibrateStep {
+  std::string method;                 // "lsq", "idw", "rbf"
+  std::vector<std::string> sessions;  // names of measure steps
+};
+
+/// Its name is the name of the session, or finds the job: by it a resume knows what is done.
+struct Step {
+  std::string name;
+  std::variant<MeasureStep, CalibrateStep> what;
+};
+
+struct Protocol {
+  std::string name;  // of the campaign
+  std::string about;
+  std::filesystem::path robot;  // the virtual robot's file
+  std::vector<Step> steps;
+};
+
+/// Reads a file of the form protocol/1 (schemas/protocol.schema.json), as strict as the schema, and
+/// beyond it: names are not repeated, and steps name earlier ones of the right kind. Throws
+/// InputError with line, column and path. Proof: protocol_test.cpp.
+Protocol read_protocol(const std::filesystem::path& path);
+
+}  // namespace trammel::protocol

@@ -1,0 +1,98 @@
+#include "app/protocol/protocol.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/json_schema.hpp"
+#include "tests/support/temporary.hpp"
+
+using namespace trammel;
+using namespace trammel::protocol;
+using tests::schema_errors;
+
+namespace {
+
+const std::string kPaper = std::string(TRAMMEL_SOURCE_DIR) + "/examples/paper/protocol.json";
+constexpr const char* kSchema = "protocol.schema.json";
+
+nlohmann::json paper() { return nlohmann::json::parse(tests::read_text(kPaper)); }
+
+ErrorText error_of(const nlohmann::json& protocol) {
+  const tests::TemporaryFolder folder;
+  const auto path = folder.write("protocol.json", protocol.dump(1));
+  try {
+    (void)read_protocol(path);
+  } catch (const InputError& error) {
+    return error.text();
+  }
+  FAIL("nothing was refused: " + protocol.dump());
+  return {};
+}
+
+/// `change` applied to the paper's protocol.
+template <class Change>
+nlohmann::json changed(Change change) {
+  nlohmann::json protocol = paper();
+  change(protocol);
+  return protocol;
+}
+
+}  // namespace
+
+TEST_CASE("the paper's protocol is read, and its schema accepts it", "[protocol]") {
+  CHECK(schema_errors(paper(), kSchema).empty());
+  const Protocol protocol = read_protocol(kPaper);
+  CHECK(protocol.name == "paper");
+  CHECK(protocol.robot.filename() == "robot.json");
+  REQUIRE(protocol.steps.size() >= 10);
+  const auto& compensated = std::get<MeasureStep>(protocol.steps[2].what);
+  CHECK(compensated.plan == "paper-80");
+  CHECK(compensated.compensate == "lsq");
+  CHECK(compensated.set == ReadingSet::validate);
+}
+
+TEST_CASE("what the schema refuses the reader refuses, naming the path", "[protocol]") {
+  using Json = nlohmann::json;
+  struct Bad {
+    Json protocol;
+    const char* field;
+  };
+  const std::vector<Bad> all = {
+      {changed([](Json& p) { p["format"] = "protocol/2"; }), "format"},
+      {changed([](Json& p) { p.erase("robot"); }), "robot"},
+      {changed([](Json& p) { p["robot"] = 7; }), "robot"},
+      {changed([](Json& p) { p["steps"] = Json::array(); }), "steps"},
+      {changed([](Json& p) { p["colour"] = "red"; }), "colour"},
+      {changed([](Json& p) { p["steps"][0]["kind"] = "dance"; }), "steps[0].kind"},
+      {changed([](Json& p) { p["steps"][0]["plan"] = "paper-81"; }), "steps[0].plan"},
+      {changed([](Json& p) { p["steps"][0]["method"] = "lsq"; }), "steps[0].method"},
+      {changed([](Json& p) { p["steps"][1]["method"] = "magic"; }), "steps[1].method"},
+      {changed([](Json& p) { p["steps"][1]["sessions"] = "measure-80"; }), "steps[1].sessions"},
+      {changed([](Json& p) { p["steps"][1]["sessions"] = Json::array(); }), "steps[1].sessions"},
+      {changed([](Json& p) { p["steps"][2]["set"] = "predict"; }), "steps[2].set"},
+      {changed([](Json& p) { p["steps"][3].erase("name"); }), "steps[3].name"},
+      {changed([](Json& p) { p["name"] = ""; }), "name"},
+  };
+  for (const Bad& bad : all) {
+    CAPTURE(bad.field);
+    CHECK_FALSE(schema_errors(bad.protocol, kSchema).empty());
+    const ErrorText error = error_of(bad.protocol);
+    CHECK(error.where.field == bad.field);
+    CHECK(error.where.line >= 1);
+  }
+}
+
+TEST_CASE("a step may only name earlier steps of the right kind, and no name stands twice",
+          "[protocol]") {
+  using Json = nlohmann::json;
+  CHECK(error_of(changed([](Json& p) { p["steps"][0]["compensate"] = "lsq"; })).where.field ==
+        "steps[0].compensate");
+  CHECK(error_of(changed([](Json& p) {
+          p["steps"][2]["compensate"] = "measure-80";
+        })).where.field == "steps[2].compensate");
+  CHECK(error_of(changed([](Json& p) { p["steps"][1]["sessions"][0] = "lsq"; })).where.field ==
+        "steps[1].sessions");
+  CHECK(error_of(changed([](Json& p) { p["steps"][3]["name"] = "lsq"; })).where.field ==
+        "steps[3].name");
+}
