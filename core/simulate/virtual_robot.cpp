@@ -1,5 +1,6 @@
 #include "core/simulate/virtual_robot.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -44,21 +45,30 @@ VirtualRobot::VirtualRobot(Truth truth) : truth_(std::move(truth)) {
   check(truth_);
   l_home_mm_ = displacements_at_home(truth_.nominal);
   if (!truth_.zeroed) return;
-  const Pose& home = truth_.nominal.home;
-  for (Chain& chain : truth_.actual.chains) chain.l_zero_mm = 0;
-  ForwardResult wanted;
-  wanted.pose = {home.x_mm, home.y_mm, truth_.phi_zero_rad};
-  wanted.at = inverse(truth_.actual, wanted.pose);
-  if (!wanted.at.ok()) {
-    throw InputError({.what = "the robot as built cannot reach its home",
-                      .where = {.field = "truth.geometry_errors"}});
-  }
-  const Conditions at_home{
-      .cmd_mm = l_home_mm_, .from_mm = l_home_mm_, .time_s = 0.0, .temp_degc = temperature_degc(0)};
-  const Displacements moved =
-      l_home_mm_ + joint_errors(at_home) + load_errors(truth_.drive, truth_.actual, wanted);
-  for (int i = 0; i < kChains; ++i) {
-    truth_.actual.chains[static_cast<std::size_t>(i)].l_zero_mm = wanted.at.l_mm[i] - moved[i];
+  set_joint_zeros();
+}
+
+void VirtualRobot::set_joint_zeros() {
+  const Pose home{truth_.nominal.home.x_mm, truth_.nominal.home.y_mm, truth_.phi_zero_rad};
+  const Conditions at_home{.cmd_mm = l_home_mm_,
+                           .from_mm = l_home_mm_,
+                           .epoch = 1,
+                           .time_s = 0.0,
+                           .temp_degc = temperature_degc(0)};
+  // As at the machine: look where it stands, turn the zeros, look again. Converges at once but for
+  // what depends on the pose.
+  constexpr int kLooks = 6;
+  for (int look = 0; look < kLooks; ++look) {
+    const ForwardResult stands = solve(at_home);
+    const InverseResult wanted = inverse(truth_.actual, home);
+    if (!stands.ok() || !wanted.ok()) {
+      throw InputError({.what = "the robot as built cannot reach its home",
+                        .where = {.field = "geometry_errors"}});
+    }
+    const Displacements off = wanted.l_mm - inverse(truth_.actual, stands.pose).l_mm;
+    for (int i = 0; i < kChains; ++i) {
+      truth_.actual.chains[static_cast<std::size_t>(i)].l_zero_mm += off[i];
+    }
   }
 }
 
@@ -75,9 +85,8 @@ double VirtualRobot::structure_temperature_degc(const Conditions& conditions) co
   return shown - behind;
 }
 
-double VirtualRobot::move_s(const Displacements& from_mm, const Displacements& to_mm) const {
-  const MotionTruth& m = truth_.motion;
-  return (to_mm - from_mm).cwiseAbs().maxCoeff() / m.speed_mm_s + m.settle_s + m.measure_s;
+double VirtualRobot::travel_s(const Displacements& from_mm, const Displacements& to_mm) const {
+  return (to_mm - from_mm).cwiseAbs().maxCoeff() / truth_.motion.speed_mm_s;
 }
 
 const EpochTruth& VirtualRobot::epoch(int number) const {

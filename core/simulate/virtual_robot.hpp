@@ -33,10 +33,11 @@ class VirtualRobot {
   /// T(t) of the machine as its thermometer shows it.
   [[nodiscard]] double temperature_degc(double time_s) const;
 
-  /// Time of a move and its measurement, from standing still to standing still.
-  [[nodiscard]] double move_s(const Displacements& from_mm, const Displacements& to_mm) const;
+  /// Duration of a move, all rails in proportion, without settling.
+  [[nodiscard]] double travel_s(const Displacements& from_mm, const Displacements& to_mm) const;
 
  private:
+  void set_joint_zeros();
   [[nodiscard]] Displacements joint_errors(const Conditions& conditions) const;
   [[nodiscard]] ForwardResult solve(const Conditions& conditions) const;
   [[nodiscard]] const EpochTruth& epoch(int number) const;

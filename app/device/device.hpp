@@ -1,0 +1,110 @@
+#pragma once
+// What a session drives: a stage, a tracker, a thermometer, a clock. Simulated ones are in
+// simulated.hpp; a real device is one file pair more and one line in open.cpp.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/measure/reading.hpp"
+#include "core/plan/plan.hpp"
+
+namespace trammel::device {
+
+/// How a device answered. All of these are expected; what is done about each is the runner's.
+enum class Status {
+  ok,
+  beam_broken,      // tracker: the reflector is lost
+  timeout,          // no answer, or not in position in time
+  unstable,         // tracker: the readings scatter more than they may
+  limit,            // stage: a limit switch or soft limit
+  following_error,  // stage: a rail does not follow its command
+  fault,            // the device says that it is broken, or makes no sense
+};
+
+/// "ok", "beam broken", …
+const char* name_of(Status status);
+
+/// Trying again may help: beam_broken, timeout, unstable. Never after a limit or a fault.
+bool may_retry(Status status);
+
+/// The moment of a measurement as the program knows it. A real instrument has no use for it; a
+/// simulated one derives everything from it, so that a resumed session reads the same bits.
+struct Occasion {
+  std::uint64_t reading = 0;  // number of the reading among all that could ever be taken
+  double time_s = 0;          // since the campaign's start
+  int epoch = 1;
+};
+
+struct [[nodiscard]] StageReport {
+  Status status = Status::fault;
+  std::string detail = {};
+  Displacements encoder_mm = Displacements::Zero();  // ok only: where the rails are
+  [[nodiscard]] bool ok() const { return status == Status::ok; }
+};
+
+class Stage {
+ public:
+  virtual ~Stage() = default;
+  [[nodiscard]] virtual std::string describe() const = 0;
+  [[nodiscard]] virtual bool homed() const = 0;
+  virtual StageReport home() = 0;
+  /// Moves all rails in proportion; returns when they stand in position, or why they do not.
+  virtual StageReport move(const Displacements& to_mm) = 0;
+  /// Stops what moves, first of all. Safe to call at any time.
+  virtual StageReport stop() = 0;
+};
+
+struct [[nodiscard]] PoseReport {
+  Status status = Status::fault;
+  std::string detail = {};
+  Pose pose = {};              // ok only
+  std::string raw_reply = {};  // as it came
+  [[nodiscard]] bool ok() const { return status == Status::ok; }
+};
+
+class Tracker {
+ public:
+  virtual ~Tracker() = default;
+  [[nodiscard]] virtual std::string describe() const = 0;
+  virtual PoseReport measure(const Occasion& occasion) = 0;
+};
+
+struct [[nodiscard]] TemperatureReport {
+  Status status = Status::fault;
+  std::string detail = {};
+  double temp_degc = 0;  // ok only
+  [[nodiscard]] bool ok() const { return status == Status::ok; }
+};
+
+class Thermometer {
+ public:
+  virtual ~Thermometer() = default;
+  virtual TemperatureReport read(const Occasion& occasion) = 0;
+};
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  /// Called before anything else: the session begins at `start_s` after the campaign's start.
+  virtual void start(const Plan& plan, double start_s) = 0;
+  /// Time since the campaign's start, now that the point is being measured.
+  virtual double time_s(const PlannedPoint& point) = 0;
+  /// Estimated end of the session.
+  [[nodiscard]] virtual double end_s() const = 0;
+};
+
+/// One set of devices around one robot.
+struct Devices {
+  bool simulated = false;
+  std::string identity = {};  // changes when the devices are not those a session began with
+  Mechanism mechanism = {};   // what the controller believes
+  std::optional<TrackerSigma> sigma = {};
+  std::unique_ptr<Stage> stage;
+  std::unique_ptr<Tracker> tracker;
+  std::unique_ptr<Thermometer> thermometer;
+  std::unique_ptr<Clock> clock;
+};
+
+}  // namespace trammel::device

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "app/device/device.hpp"
+
+namespace trammel::device {
+
+/// The devices that `--stage` and `--tracker` name: "sim:FILE" and "sim". Throws UsageError for a
+/// kind of device that does not exist, listing those that do; InputError for a file of no robot.
+Devices open_devices(const std::string& stage, const std::string& tracker);
+
+}  // namespace trammel::device

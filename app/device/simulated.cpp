@@ -1,0 +1,159 @@
+#include "app/device/simulated.hpp"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
+
+namespace trammel::device {
+
+namespace {
+
+/// What the simulated devices share: the robot, and where its rails stand.
+struct World {
+  simulate::VirtualRobot robot;
+  bool homed = false;
+  Displacements l_mm = Displacements::Zero();
+  Displacements from_mm = Displacements::Zero();  // where each rail's last move began
+};
+
+Displacements home_mm(const simulate::VirtualRobot& robot) {
+  const Mechanism& nominal = robot.truth().nominal;
+  const InverseResult home = inverse(nominal.geometry, nominal.home);
+  TRAMMEL_ASSERT(home.ok());  // the robot has checked it
+  return home.l_mm;
+}
+
+class SimulatedStage : public Stage {
+ public:
+  explicit SimulatedStage(std::shared_ptr<World> world) : world_(std::move(world)) {}
+
+  [[nodiscard]] std::string describe() const override { return "virtual robot"; }
+  [[nodiscard]] bool homed() const override { return world_->homed; }
+
+  StageReport home() override {
+    world_->l_mm = world_->from_mm = home_mm(world_->robot);
+    world_->homed = true;
+    return at();
+  }
+
+  StageReport move(const Displacements& to_mm) override {
+    if (!world_->homed) return {Status::fault, "the stage is not homed", {}};
+    const Limits& limits = world_->robot.truth().nominal.limits;
+    for (int i = 0; i < kChains; ++i) {
+      if (!(to_mm[i] >= limits.l_min_mm && to_mm[i] <= limits.l_max_mm)) {
+        return {Status::limit, "rail " + std::to_string(i + 1) + " would leave its stroke", {}};
+      }
+    }
+    for (int i = 0; i < kChains; ++i) {
+      if (std::abs(to_mm[i] - world_->l_mm[i]) > kStandstillMm) {
+        world_->from_mm[i] = world_->l_mm[i];
+      }
+    }
+    world_->l_mm = to_mm;
+    return at();
+  }
+
+  StageReport stop() override { return at(); }
+
+ private:
+  [[nodiscard]] StageReport at() const { return {Status::ok, "", world_->l_mm}; }
+
+  std::shared_ptr<World> world_;
+};
+
+class SimulatedTracker : public Tracker {
+ public:
+  explicit SimulatedTracker(std::shared_ptr<World> world) : world_(std::move(world)) {}
+
+  [[nodiscard]] std::string describe() const override { return "virtual tracker"; }
+
+  PoseReport measure(const Occasion& occasion) override {
+    const Conditions conditions{.cmd_mm = world_->l_mm,
+                                .from_mm = world_->from_mm,
+                                .epoch = occasion.epoch,
+                                .time_s = occasion.time_s,
+                                .temp_degc = {}};
+    const ForwardResult seen = world_->robot.read(conditions, occasion.reading);
+    if (!seen.ok()) return {Status::fault, "the virtual robot cannot stand there", {}, ""};
+    return {Status::ok, "", seen.pose, ""};
+  }
+
+ private:
+  std::shared_ptr<World> world_;
+};
+
+class SimulatedThermometer : public Thermometer {
+ public:
+  explicit SimulatedThermometer(std::shared_ptr<World> world) : world_(std::move(world)) {}
+
+  TemperatureReport read(const Occasion& occasion) override {
+    return {Status::ok, "", world_->robot.temperature_degc(occasion.time_s)};
+  }
+
+ private:
+  std::shared_ptr<World> world_;
+};
+
+class SimulatedClock : public Clock {
+ public:
+  explicit SimulatedClock(std::shared_ptr<World> world) : world_(std::move(world)) {}
+
+  void start(const Plan& plan, double start_s) override {
+    times_s_ = schedule_s(world_->robot, plan, start_s);
+  }
+  double time_s(const PlannedPoint& point) override {
+    return times_s_.at(static_cast<std::size_t>(point.seq) - 1);
+  }
+  [[nodiscard]] double end_s() const override { return times_s_.back(); }
+
+ private:
+  std::shared_ptr<World> world_;
+  std::vector<double> times_s_;
+};
+
+}  // namespace
+
+std::vector<double> schedule_s(const simulate::VirtualRobot& robot, const Plan& plan,
+                               double start_s) {
+  const Mechanism& nominal = robot.truth().nominal;
+  const double stop_s = robot.truth().motion.settle_s;
+  std::vector<double> times_s;
+  Displacements at = home_mm(robot), from = at;
+  double now_s = start_s;
+  for (const PlannedPoint& point : plan.points) {
+    const InverseResult target = inverse(nominal.geometry, point.target);
+    if (!target.ok()) {
+      throw InputError(
+          {.what = "a target is out of reach of chain " + std::to_string(target.chain + 1),
+           .where = {.point = std::to_string(point.seq)}});
+    }
+    const PlannedMove move = planned_move(plan, point, target.l_mm, at, from);
+    if (move.pre_position) now_s += robot.travel_s(at, move.pre_mm) + stop_s;
+    now_s += robot.travel_s(move.pre_mm, target.l_mm) + stop_s + robot.truth().motion.measure_s;
+    times_s.push_back(now_s);
+    at = target.l_mm;
+    from = move.from_mm;
+  }
+  return times_s;
+}
+
+Devices simulated(const simulate::VirtualRobot& robot, std::string identity) {
+  const auto world = std::make_shared<World>(World{robot, false, {}, {}});
+  world->l_mm = world->from_mm = home_mm(robot);
+  Devices devices;
+  devices.simulated = true;
+  devices.identity = std::move(identity);
+  devices.mechanism = robot.truth().nominal;
+  const simulate::TrackerTruth& t = robot.truth().tracker;
+  if (t.sigma_xy_mm > 0) devices.sigma = TrackerSigma{t.sigma_xy_mm, t.sigma_phi_rad};
+  devices.stage = std::make_unique<SimulatedStage>(world);
+  devices.tracker = std::make_unique<SimulatedTracker>(world);
+  devices.thermometer = std::make_unique<SimulatedThermometer>(world);
+  devices.clock = std::make_unique<SimulatedClock>(world);
+  return devices;
+}
+
+}  // namespace trammel::device
