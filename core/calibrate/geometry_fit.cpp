@@ -1,0 +1,183 @@
+#include "core/calibrate/geometry_fit.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kStop = 1e-7;  // sigmas that the readings still move
+constexpr int kMaxHalvings = 12;
+
+Eigen::Vector3d sigmas(const TrackerSigma& sigma) {
+  return {sigma.xy_mm, sigma.xy_mm, sigma.phi_rad};
+}
+
+void require_usable(std::span<const Reading> readings, const TrackerSigma& sigma) {
+  if (readings.empty()) {
+    throw InputError(
+        {.what = "there are no readings to identify from",
+         .hint = "readings of set 'identify' are fitted; exclusions may have taken them all"});
+  }
+  if (!(sigma.xy_mm > 0) || !(sigma.phi_rad > 0)) {
+    throw InputError(
+        {.what = "the tracker's sigma must be positive",
+         .where = {.field = "tracker.sigma_xy_mm, sigma_phi_deg"},
+         .got = std::to_string(sigma.xy_mm) + " mm, " + std::to_string(sigma.phi_rad) + " rad",
+         .hint = "leave both out to have the noise estimated from repeats"});
+  }
+}
+
+[[noreturn]] void unreachable(const Reading& reading) {
+  throw InputError({.what = "the model cannot reach the commanded displacements of a reading",
+                    .where = {.point = "seq " + std::to_string(reading.seq)},
+                    .hint = "check the mechanism's parameters, or exclude the reading"});
+}
+
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& residual) {
+  Eigen::VectorXd w(residual.size() / 3);
+  for (Eigen::Index i = 0; i < w.size(); ++i) {
+    const double size = residual.segment<3>(3 * i).norm();
+    w[i] = size <= kHuber ? 1.0 : kHuber / size;
+  }
+  return w;
+}
+
+/// Sum that a step must lower: Huber's with `huber`, else the plain sum of squares.
+double objective(const Eigen::VectorXd& residual, bool huber) {
+  if (!huber) return residual.squaredNorm();
+  double sum = 0;
+  for (Eigen::Index i = 0; i < residual.size(); i += 3) {
+    const double size = residual.segment<3>(i).norm();
+    sum += size <= kHuber ? size * size : kHuber * (2 * size - kHuber);
+  }
+  return sum;
+}
+
+WhitenedSystem weighted(WhitenedSystem system, const Eigen::VectorXd& weights) {
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    const double root = std::sqrt(weights[i]);
+    system.residual.segment<3>(3 * i) *= root;
+    system.jacobian.middleRows<3>(3 * i) *= root;
+  }
+  return system;
+}
+
+void add_prior(WhitenedSystem& system, const Eigen::VectorXd& z) {
+  const Eigen::Index rows = system.residual.size(), n = z.size();
+  system.residual.conservativeResize(rows + n);
+  system.jacobian.conservativeResize(rows + n, n);
+  system.residual.tail(n) = -z;
+  system.jacobian.bottomRows(n).setIdentity();
+}
+
+Eigen::JacobiSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& jacobian) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
+  const Eigen::Index n = std::min(jacobian.rows(), jacobian.cols());
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(R, Eigen::ComputeThinU | Eigen::ComputeThinV);
+}
+
+}  // namespace
+
+WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading> readings,
+                               const TrackerSigma& sigma,
+                               const std::vector<FreeParameter>& parameters) {
+  const Eigen::Vector3d s = sigmas(sigma);
+  const auto rows = static_cast<Eigen::Index>(3 * readings.size());
+  WhitenedSystem system{Eigen::VectorXd(rows),
+                        Eigen::MatrixXd(rows, static_cast<Eigen::Index>(parameters.size()))};
+  Eigen::Index row = 0;
+  for (const Reading& reading : readings) {
+    const Prediction at = predict(model, reading.conditions);
+    if (!at.ok() || !reading.measured) unreachable(reading);
+    system.residual.segment<3>(row) =
+        (reading.measured->vector() - at.pose.vector()).cwiseQuotient(s);
+    system.jacobian.middleRows<3>(row) =
+        s.cwiseInverse().asDiagonal() * derivative(model, parameters, reading.conditions, at);
+    row += 3;
+  }
+  return system;
+}
+
+Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian) {
+  const auto svd = decompose(whitened_jacobian);
+  Identifiable result;
+  result.singular = svd.singularValues();
+  result.rank = (result.singular.array() > kCarriesNothing).count();
+  result.directions = svd.matrixV().leftCols(result.rank);
+  return result;
+}
+
+GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readings,
+                         const TrackerSigma& sigma, const GeometryFitOptions& options) {
+  require_usable(readings, sigma);
+  GeometryFit fit;
+  fit.parameters = base_parameters({readings.begin(), readings.end()});
+  add_effect_parameters(fit.parameters, start);
+  fit.model = start;
+  fit.z = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.parameters.size()));
+  fit.weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(readings.size()));
+  fit.system = whitened_system(fit.model, readings, sigma, fit.parameters);
+
+  for (; fit.iterations < options.max_iterations; ++fit.iterations) {
+    if (options.huber) fit.weights = huber_weights(fit.system.residual);
+    WhitenedSystem system = weighted(fit.system, fit.weights);
+    if (options.tolerance_prior) add_prior(system, fit.z);
+    const auto svd = decompose(system.jacobian);
+    const Eigen::Index rank = (svd.singularValues().array() > kCarriesNothing).count();
+    const auto V = svd.matrixV().leftCols(rank);
+    const Eigen::VectorXd s2 = svd.singularValues().head(rank).cwiseAbs2();
+    // minimum change from the start: the whole z is solved for, not only the step
+    const Eigen::VectorXd target =
+        V * (V.transpose() * (system.jacobian.transpose() * system.residual)).cwiseQuotient(s2) +
+        V * (V.transpose() * fit.z);
+    Eigen::VectorXd step = target - fit.z;
+    const double moves = (svd.singularValues().head(rank).asDiagonal() * (V.transpose() * step))
+                             .cwiseAbs()
+                             .maxCoeff();
+    const double before = objective(fit.system.residual, options.huber) +
+                          (options.tolerance_prior ? fit.z.squaredNorm() : 0.0);
+    WhitenedSystem next;
+    RobotModel model;
+    for (int halving = 0; halving < kMaxHalvings; ++halving, step *= 0.5) {
+      model = moved(fit.model, fit.parameters, step);
+      next = whitened_system(model, readings, sigma, fit.parameters);
+      const double after = objective(next.residual, options.huber) +
+                           (options.tolerance_prior ? (fit.z + step).squaredNorm() : 0.0);
+      if (after <= before * (1 + 1e-12) + kStop) break;
+    }
+    fit.z += step;
+    fit.model = model;
+    fit.system = next;
+    if (moves < kStop) {
+      fit.status = GeometryFit::Status::converged;
+      break;
+    }
+  }
+  WhitenedSystem system = weighted(fit.system, fit.weights);
+  if (options.tolerance_prior) add_prior(system, fit.z);
+  fit.identified = identifiable(system.jacobian);
+  const Eigen::MatrixXd& V = fit.identified.directions;
+  const Eigen::VectorXd variance =
+      fit.identified.singular.head(fit.identified.rank).cwiseAbs2().cwiseInverse();
+  fit.covariance = V * variance.asDiagonal() * V.transpose();
+  fit.chi2 = fit.system.residual.squaredNorm();
+  fit.dof = static_cast<int>(fit.system.residual.size() - fit.identified.rank);
+  return fit;
+}
+
+PredictedPose predict_with_covariance(const GeometryFit& fit, const Conditions& conditions) {
+  const Prediction at = predict(fit.model, conditions);
+  if (!at.ok()) {
+    throw InputError({.what = "the model cannot reach the commanded displacements asked for"});
+  }
+  const Eigen::Matrix3Xd J = derivative(fit.model, fit.parameters, conditions, at);
+  return {at.pose, J * fit.covariance * J.transpose()};
+}
+
+}  // namespace trammel

@@ -1,0 +1,101 @@
+#include "core/calibrate/parameters.hpp"
+
+#include <set>
+
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kZeroToleranceMm = 0.1;   // re-homing on a switch
+constexpr double kFrameToleranceMm = 0.1;  // setting the tracker's frame up again
+constexpr double kFrameToleranceRad = rad_from_deg(0.05);
+
+double frame_scale(int index) { return index == 2 ? kFrameToleranceRad : kFrameToleranceMm; }
+
+}  // namespace
+
+std::vector<FreeParameter> base_parameters(const std::vector<Reading>& readings) {
+  std::vector<FreeParameter> all;
+  for (int k = 0; k < kGeometryParameters; ++k) {
+    const auto& p = geometry_parameters()[static_cast<std::size_t>(k)];
+    all.push_back(
+        {FreeParameter::Kind::geometry, 0, k, p.tolerance, p.name, p.is_angle ? "deg" : "mm"});
+  }
+  std::set<int> epochs;
+  for (const Reading& r : readings) epochs.insert(r.conditions.epoch);
+  if (!epochs.empty()) epochs.erase(epochs.begin());  // the first defines zeros and frame
+  for (const int epoch : epochs) {
+    const std::string of = " of epoch " + std::to_string(epoch);
+    for (int i = 0; i < kChains; ++i) {
+      all.push_back({FreeParameter::Kind::epoch_zero, epoch, i, kZeroToleranceMm,
+                     "l_zero_" + std::to_string(i + 1) + of, "mm"});
+    }
+    const char* names[] = {"frame x", "frame y", "frame phi"};
+    for (int i = 0; i < 3; ++i) {
+      all.push_back({FreeParameter::Kind::epoch_frame, epoch, i, frame_scale(i), names[i] + of,
+                     i == 2 ? "deg" : "mm"});
+    }
+  }
+  return all;
+}
+
+void add_effect_parameters(std::vector<FreeParameter>& parameters, const RobotModel& model) {
+  for (std::size_t owner = 0; owner < model.effects.size(); ++owner) {
+    const ActiveEffect& active = model.effects[owner];
+    for (int k = 0; k < active.values.size(); ++k) {
+      if (active.values[k] == 0) continue;
+      const EffectParameter& p = active.effect->parameters[static_cast<std::size_t>(k)];
+      parameters.push_back({FreeParameter::Kind::effect, static_cast<int>(owner), k, p.usual_max,
+                            active.effect->name + " " + p.name, p.unit});
+    }
+  }
+}
+
+RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
+                 const Eigen::VectorXd& step) {
+  GeometryVector geometry = to_vector(model.geometry);
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const FreeParameter& p = parameters[j];
+    const double d = p.scale * step[static_cast<Eigen::Index>(j)];
+    if (p.kind == FreeParameter::Kind::geometry) {
+      geometry[p.index] += d;
+    } else if (p.kind == FreeParameter::Kind::epoch_zero) {
+      model.epochs[p.owner].l_zero_mm[p.index] += d;
+    } else if (p.kind == FreeParameter::Kind::epoch_frame) {
+      Pose& frame = model.epochs[p.owner].frame;
+      frame = Pose::from(frame.vector() + d * Eigen::Vector3d::Unit(p.index));
+    } else {
+      model.effects[static_cast<std::size_t>(p.owner)].values[p.index] += d;
+    }
+  }
+  model.geometry = from_vector(geometry);
+  return model;
+}
+
+Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParameter>& parameters,
+                            const Conditions& conditions, const Prediction& at) {
+  Eigen::Matrix3Xd J(3, static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const FreeParameter& p = parameters[j];
+    Eigen::Vector3d d = Eigen::Vector3d::Zero();
+    if (p.kind == FreeParameter::Kind::geometry) {
+      d = at.J_e.col(p.index);
+    } else if (p.kind == FreeParameter::Kind::effect) {
+      const Effect& effect = *model.effects[static_cast<std::size_t>(p.owner)].effect;
+      if (recorded(effect, at.moment)) d = response(at, effect.basis(at.moment, p.index));
+    } else if (p.owner == conditions.epoch) {
+      if (p.kind == FreeParameter::Kind::epoch_zero) {
+        d = at.J_e.col(6 * p.index + 4);
+      } else {
+        d[p.index] = 1;
+        if (p.index == 2) d.head<2>() << -at.pose.y_mm, at.pose.x_mm;  // turned about O_A
+      }
+    }
+    J.col(static_cast<Eigen::Index>(j)) = p.scale * d;
+  }
+  return J;
+}
+
+}  // namespace trammel

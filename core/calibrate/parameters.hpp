@@ -1,0 +1,39 @@
+#pragma once
+// What a fit may change in a robot model, as one vector.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/model/robot_model.hpp"
+
+namespace trammel {
+
+/// One free parameter. The vector holds p = scale * z: z counts tolerances, so that lengths and
+/// angles compare. Geometry in rad and mm; effects in the unit of their report.
+struct FreeParameter {
+  enum class Kind { geometry, epoch_zero, epoch_frame, effect };
+  Kind kind = Kind::geometry;
+  int owner = 0;  // epoch number, or place in RobotModel::effects
+  int index = 0;  // geometry: 0..20; epoch: 0..2; effect: its parameter
+  double scale = 1;
+  std::string name;  // "alpha_1", "l_zero_2 of epoch 2", "lead_scale k_1"
+  std::string unit;  // of the report: deg, mm, …
+};
+
+/// The complete base of a campaign: 21 of geometry, and three joint zeros and a frame offset for
+/// every epoch after the first that `readings` know.
+std::vector<FreeParameter> base_parameters(const std::vector<Reading>& readings);
+
+/// The parameters of the model's effects that are not zero-and-unused: those listed in `used`.
+void add_effect_parameters(std::vector<FreeParameter>& parameters, const RobotModel& model);
+
+/// The model moved by `step`, in units of each parameter's scale.
+RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
+                 const Eigen::VectorXd& step);
+
+/// Derivative of a predicted reading by every parameter (per unit of its scale), shape (3, n).
+Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParameter>& parameters,
+                            const Conditions& conditions, const Prediction& at);
+
+}  // namespace trammel

@@ -1,0 +1,382 @@
+#include "core/diagnose/dictionary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+using DeviationOf = std::function<Deviation(const Reading&, const Moment&)>;
+using Scalar = std::function<double(const Reading&, const Moment&)>;
+
+struct Range {
+  double low = 0, high = 0;
+  [[nodiscard]] double width() const { return high - low; }
+  [[nodiscard]] double unit(double v) const {
+    return width() > 0 ? 2 * (v - low) / width() - 1 : 0;
+  }
+};
+
+std::string text(const char* format, double a, double b = 0) {
+  char buffer[96];
+  std::snprintf(buffer, sizeof buffer, format, a, b);
+  return buffer;
+}
+
+class Builder {
+ public:
+  explicit Builder(const ResidualSpace& space) : space_(space) {}
+
+  void add(std::string where, std::string when, const std::vector<DeviationOf>& terms) {
+    Eigen::MatrixXd columns(space_.rows(), static_cast<Eigen::Index>(terms.size()));
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+      columns.col(static_cast<Eigen::Index>(k)) = whitened_signal(space_, terms[k]);
+    }
+    shapes_.push_back({std::move(where), std::move(when), std::move(columns)});
+  }
+
+  [[nodiscard]] Range range(const Scalar& f) const {
+    Range r{INFINITY, -INFINITY};
+    for (std::size_t i = 0; i < space_.readings.size(); ++i) {
+      const double v = f(space_.readings[i], space_.predictions[i].moment);
+      r.low = std::min(r.low, v);
+      r.high = std::max(r.high, v);
+    }
+    return r;
+  }
+
+  [[nodiscard]] bool all_have(bool (*has)(const Conditions&)) const {
+    return std::all_of(space_.readings.begin(), space_.readings.end(),
+                       [&](const Reading& r) { return has(r.conditions); });
+  }
+
+  std::vector<Shape> take() { return std::move(shapes_); }
+
+ private:
+  const ResidualSpace& space_;
+  std::vector<Shape> shapes_;
+};
+
+DeviationOf along(int rail, Scalar f) {
+  return [rail, f = std::move(f)](const Reading& r, const Moment& m) {
+    Deviation d;
+    d.dl_mm[rail] = f(r, m);
+    return d;
+  };
+}
+
+DeviationOf across(int rail, Scalar f) {
+  return [rail, f = std::move(f)](const Reading& r, const Moment& m) {
+    Deviation d;
+    d.dh_mm[rail] = f(r, m);
+    return d;
+  };
+}
+
+constexpr double kLeverMm = 100;  // makes a radian count like the millimetres it moves a joint
+
+DeviationOf reading(int coordinate, Scalar f) {
+  return [coordinate, f = std::move(f)](const Reading& r, const Moment& m) {
+    Deviation d;
+    d.dX[coordinate] = f(r, m) * (coordinate == 2 ? 1 / kLeverMm : 1.0);
+    return d;
+  };
+}
+
+std::vector<DeviationOf> in_all_readings(const Scalar& f) {
+  return {reading(0, f), reading(1, f), reading(2, f)};
+}
+
+std::vector<DeviationOf> along_all_rails(const Scalar& f) {
+  return {along(0, f), along(1, f), along(2, f)};
+}
+
+std::string rail_name(int rail) { return "rail " + std::to_string(rail + 1); }
+
+double legendre(int degree, double u) {
+  double p0 = 1, p1 = u;
+  if (degree == 0) return p0;
+  for (int n = 1; n < degree; ++n) {
+    const double p2 = ((2 * n + 1) * u * p1 - n * p0) / (n + 1);
+    p0 = p1;
+    p1 = p2;
+  }
+  return p1;
+}
+
+void add_rail_shapes(Builder& builder) {
+  for (int rail = 0; rail < kChains; ++rail) {
+    const Scalar l = [rail](const Reading&, const Moment& m) { return m.l_mm[rail]; };
+    const Range range = builder.range(l);
+    const auto power = [=](int degree) -> Scalar {
+      return
+          [=](const Reading& r, const Moment& m) { return legendre(degree, range.unit(l(r, m))); };
+    };
+    std::vector<DeviationOf> both;
+    for (int degree = 1; degree <= 6; ++degree) {
+      builder.add(rail_name(rail) + ", along it, degree " + std::to_string(degree) + " in l", "all",
+                  {along(rail, power(degree))});
+      builder.add(rail_name(rail) + ", across it, degree " + std::to_string(degree) + " in l",
+                  "all", {across(rail, power(degree))});
+      both.push_back(along(rail, power(degree)));
+    }
+    builder.add(rail_name(rail) + ", a smooth curve along it", "all", both);
+    const int bumps = 10;
+    const double width = range.width() / bumps;
+    for (int b = 0; b < bumps; ++b) {
+      const double centre = range.low + (b + 0.5) * width;
+      const Scalar bump = [=](const Reading& r, const Moment& m) {
+        const double u = (l(r, m) - centre) / (0.6 * width);
+        return std::exp(-u * u);
+      };
+      builder.add(
+          rail_name(rail) + text(", l %.0f to %.0f mm", centre - 0.6 * width, centre + 0.6 * width),
+          "all", {along(rail, bump), across(rail, bump)});
+    }
+  }
+}
+
+void add_periodic_shapes(Builder& builder, double lead_mm) {
+  const double periods[] = {0.25, 1.0 / 3, 0.4,  0.5,  0.6,  2.0 / 3, 0.75, 0.9,
+                            0.95, 0.98,    0.99, 1.01, 1.02, 1.05,    1.1,  1.25,
+                            1.5,  2,       2.5,  3,    4,    5,       6,    8};
+  for (int rail = 0; rail < kChains; ++rail) {
+    for (const double period : periods) {
+      const auto wave = [=](bool sine) -> Scalar {
+        return [=](const Reading&, const Moment& m) {
+          const double turn = 2 * kPi * m.l_mm[rail] / (period * lead_mm);
+          return sine ? std::sin(turn) : std::cos(turn);
+        };
+      };
+      builder.add(rail_name(rail) + text(", repeating every %.2f mm", period * lead_mm), "all",
+                  {along(rail, wave(true)), along(rail, wave(false))});
+    }
+  }
+}
+
+void add_direction_shapes(Builder& builder) {
+  for (int rail = 0; rail < kChains; ++rail) {
+    const auto with = [rail](double (*f)(const Moment&, int)) -> Scalar {
+      return [=](const Reading&, const Moment& m) { return m.direction[rail] * f(m, rail); };
+    };
+    const std::string name = rail_name(rail);
+    builder.add(name, "by direction of approach",
+                {along(rail, with([](const Moment&, int) { return 1.0; }))});
+    builder.add(name + ", across it", "by direction of approach",
+                {across(rail, with([](const Moment&, int) { return 1.0; }))});
+    builder.add(name + ", growing with travel", "by direction of approach",
+                {along(rail, with([](const Moment& m, int i) { return m.s_mm[i] / kLeverMm; }))});
+    builder.add(
+        name + ", growing with the square of travel", "by direction of approach",
+        {along(rail, with([](const Moment& m, int i) { return m.s_mm[i] * m.s_mm[i] / 1e4; }))});
+    builder.add(
+        name, "by the length of the last move",
+        {along(rail, [rail](const Reading&, const Moment& m) { return m.travel_mm[rail] / 10; }),
+         along(rail, [rail](const Reading&, const Moment& m) {
+           return std::abs(m.travel_mm[rail]) / 10;
+         })});
+    for (int other = 0; other < kChains; ++other) {
+      if (other == rail) continue;
+      builder.add(
+          name, "by direction of approach of rail " + std::to_string(other + 1),
+          {along(rail, [other](const Reading&, const Moment& m) { return m.direction[other]; })});
+    }
+  }
+  for (int coordinate = 0; coordinate < 3; ++coordinate) {
+    std::vector<DeviationOf> terms;
+    for (int rail = 0; rail < kChains; ++rail) {
+      terms.push_back(reading(
+          coordinate, [rail](const Reading&, const Moment& m) { return m.direction[rail]; }));
+    }
+    builder.add(std::string("readings in ") + "xyp"[coordinate] + (coordinate == 2 ? "hi" : ""),
+                "by direction of approach", terms);
+  }
+}
+
+void add_temperature_shapes(Builder& builder) {
+  if (!builder.all_have([](const Conditions& c) { return c.temp_degc.has_value(); })) return;
+  const Scalar T = [](const Reading&, const Moment& m) {
+    return *m.temp_degc - kReferenceTemperatureDegc;
+  };
+  const Range range = builder.range(T);
+  if (range.width() <= 0) return;
+  const Scalar u = [=](const Reading& r, const Moment& m) { return range.unit(T(r, m)); };
+  builder.add("readings", "following the temperature", in_all_readings(u));
+  builder.add("all rails, by a constant", "following the temperature", along_all_rails(u));
+  builder.add(
+      "all rails, by a constant", "following the square of the temperature",
+      along_all_rails([=](const Reading& r, const Moment& m) { return u(r, m) * u(r, m); }));
+  for (int rail = 0; rail < kChains; ++rail) {
+    builder.add(rail_name(rail) + ", growing with travel", "following the temperature",
+                {along(rail, [=](const Reading& r, const Moment& m) {
+                  return u(r, m) * m.s_mm[rail] / kLeverMm;
+                })});
+    builder.add(rail_name(rail) + ", growing with l", "following the square of the temperature",
+                {along(rail, [=](const Reading& r, const Moment& m) {
+                  return u(r, m) * u(r, m) * m.l_mm[rail] / kLeverMm;
+                })});
+  }
+  builder.add("readings, growing with distance from the centre", "following the temperature",
+              {reading(0, [=](const Reading& r,
+                              const Moment& m) { return u(r, m) * m.pose.x_mm / kLeverMm; }),
+               reading(1, [=](const Reading& r, const Moment& m) {
+                 return u(r, m) * m.pose.y_mm / kLeverMm;
+               })});
+}
+
+void add_time_shapes(Builder& builder) {
+  if (!builder.all_have([](const Conditions& c) { return c.time_s.has_value(); })) return;
+  const Scalar t = [](const Reading&, const Moment& m) { return *m.time_h; };
+  const Range range = builder.range(t);
+  if (range.width() <= 0) return;
+  const Scalar u = [=](const Reading& r, const Moment& m) { return range.unit(t(r, m)); };
+  for (int degree = 1; degree <= 4; ++degree) {
+    const Scalar p = [=](const Reading& r, const Moment& m) { return legendre(degree, u(r, m)); };
+    builder.add("readings", "a trend of degree " + std::to_string(degree) + " in time",
+                in_all_readings(p));
+    builder.add("all rails", "a trend of degree " + std::to_string(degree) + " in time",
+                along_all_rails(p));
+  }
+  for (int rail = 0; rail < kChains; ++rail) {
+    builder.add(rail_name(rail) + ", growing with travel", "in proportion to time",
+                {along(rail, [=](const Reading& r, const Moment& m) {
+                  return u(r, m) * m.s_mm[rail] / kLeverMm;
+                })});
+  }
+  for (const double hours : {0.1, 0.25, 0.5, 1.0}) {
+    const Scalar decay = [=](const Reading& r, const Moment& m) {
+      return std::exp(-(t(r, m) - range.low) / hours);
+    };
+    builder.add("readings", text("settling within %.2g h of the start", hours),
+                in_all_readings(decay));
+    builder.add("all rails", text("settling within %.2g h of the start", hours),
+                along_all_rails(decay));
+    for (int rail = 0; rail < kChains; ++rail) {
+      builder.add(rail_name(rail) + ", growing with l",
+                  text("settling within %.2g h of the start", hours),
+                  {along(rail, [=](const Reading& r, const Moment& m) {
+                    return decay(r, m) * m.l_mm[rail] / kLeverMm;
+                  })});
+    }
+  }
+  const int steps = 24;
+  for (int k = 1; k < steps; ++k) {
+    const double at = range.low + range.width() * k / steps;
+    const Scalar step = [=](const Reading& r, const Moment& m) {
+      return t(r, m) >= at ? 1.0 : 0.0;
+    };
+    builder.add("readings in x, y, phi", text("a shift at %.2f h", at), in_all_readings(step));
+    builder.add("all rails", text("a shift at %.2f h", at), along_all_rails(step));
+  }
+  for (int waves = 1; waves <= 4; ++waves) {
+    const auto wave = [=](bool sine) -> Scalar {
+      return [=](const Reading& r, const Moment& m) {
+        const double turn = kPi * waves * (u(r, m) + 1);
+        return sine ? std::sin(turn) : std::cos(turn);
+      };
+    };
+    auto terms = in_all_readings(wave(true));
+    for (auto& term : in_all_readings(wave(false))) terms.push_back(term);
+    builder.add("readings", text("a wave of %.2f h", range.width() / waves), terms);
+  }
+}
+
+void add_pose_shapes(Builder& builder) {
+  const auto product = [](int a, int b) -> Scalar {
+    return [=](const Reading&, const Moment& m) {
+      return std::pow(m.pose.x_mm / kLeverMm, a) * std::pow(m.pose.y_mm / kLeverMm, b);
+    };
+  };
+  const char* coordinates[] = {"x", "y", "phi"};
+  for (int c = 0; c < 3; ++c) {
+    for (int degree = 1; degree <= 4; ++degree) {
+      std::vector<DeviationOf> terms;
+      for (int a = 0; a <= degree; ++a) terms.push_back(reading(c, product(a, degree - a)));
+      builder.add(std::string("readings in ") + coordinates[c] + ", degree " +
+                      std::to_string(degree) + " in the pose",
+                  "all", terms);
+    }
+  }
+  for (int ix = -1; ix <= 1; ++ix) {
+    for (int iy = -1; iy <= 1; ++iy) {
+      const double cx = 65.0 * ix, cy = 65.0 * iy;
+      const Scalar bump = [=](const Reading&, const Moment& m) {
+        const double dx = (m.pose.x_mm - cx) / 40, dy = (m.pose.y_mm - cy) / 40;
+        return std::exp(-dx * dx - dy * dy);
+      };
+      builder.add(text("region around x %.0f, y %.0f mm", cx, cy), "all", in_all_readings(bump));
+    }
+  }
+  const Scalar turned = [](const Reading&, const Moment& m) {
+    return m.pose.phi_rad / rad_from_deg(4);
+  };
+  if (builder.range(turned).width() < 0.1) return;
+  for (int degree = 1; degree <= 3; ++degree) {
+    builder.add("readings in x, y, phi, degree " + std::to_string(degree) + " in the orientation",
+                "all", in_all_readings([=](const Reading& r, const Moment& m) {
+                  return std::pow(turned(r, m), degree);
+                }));
+  }
+  builder.add("readings in x, y, phi, by the pose times the orientation", "all",
+              {reading(0, [=](const Reading& r,
+                              const Moment& m) { return turned(r, m) * m.pose.x_mm / kLeverMm; }),
+               reading(0, [=](const Reading& r,
+                              const Moment& m) { return turned(r, m) * m.pose.y_mm / kLeverMm; }),
+               reading(1, [=](const Reading& r,
+                              const Moment& m) { return turned(r, m) * m.pose.x_mm / kLeverMm; }),
+               reading(1, [=](const Reading& r,
+                              const Moment& m) { return turned(r, m) * m.pose.y_mm / kLeverMm; }),
+               reading(2, [=](const Reading& r,
+                              const Moment& m) { return turned(r, m) * m.pose.x_mm / kLeverMm; }),
+               reading(2, [=](const Reading& r, const Moment& m) {
+                 return turned(r, m) * m.pose.y_mm / kLeverMm;
+               })});
+}
+
+void add_joint_shapes(Builder& builder) {
+  for (int rail = 0; rail < kChains; ++rail) {
+    std::vector<DeviationOf> products;
+    for (int other = 0; other < kChains; ++other) {
+      products.push_back(along(rail, [=](const Reading&, const Moment& m) {
+        return m.s_mm[other] * m.s_mm[(other + 1) % kChains] / 1e4;
+      }));
+      if (other != rail) {
+        products.push_back(along(rail, [=](const Reading&, const Moment& m) {
+          return m.s_mm[other] * m.s_mm[other] / 1e4;
+        }));
+      }
+    }
+    builder.add(rail_name(rail) + ", by the travel of the other rails, degree 2", "all", products);
+    for (int harmonic = 1; harmonic <= 3; ++harmonic) {
+      builder.add(
+          rail_name(rail) + ", by the angle of its link, harmonic " + std::to_string(harmonic),
+          "all",
+          {along(rail, [=](const Reading&,
+                           const Moment& m) { return std::sin(harmonic * m.theta_rad[rail]); }),
+           along(rail, [=](const Reading&, const Moment& m) {
+             return std::cos(harmonic * m.theta_rad[rail]);
+           })});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Shape> dictionary(const ResidualSpace& space) {
+  Builder builder(space);
+  add_rail_shapes(builder);
+  add_periodic_shapes(builder, space.predictions.front().moment.screw_lead_mm);
+  add_direction_shapes(builder);
+  add_temperature_shapes(builder);
+  add_time_shapes(builder);
+  add_pose_shapes(builder);
+  add_joint_shapes(builder);
+  return builder.take();
+}
+
+}  // namespace trammel

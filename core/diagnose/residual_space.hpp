@@ -1,0 +1,58 @@
+#pragma once
+// What is left of readings, and of any signal, once a model has been refitted to it.
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/calibrate/geometry_fit.hpp"
+#include "core/measure/reading.hpp"
+#include "core/model/robot_model.hpp"
+
+namespace trammel {
+
+/// The whitened readings around a fit: everything in sigmas, 3 rows a reading (x, y, phi).
+///
+/// M = I - Q Q' takes out what the model's free parameters could imitate; `residual` = M r. A
+/// signal e seen through M is what survives the refit; |M e|^2 is the noncentrality it gives a
+/// chi^2 test.
+struct ResidualSpace {
+  std::vector<Reading> readings;
+  std::vector<Prediction> predictions;  // of the fit's geometry, with the moments effects act in
+  TrackerSigma sigma;
+  Eigen::MatrixXd Q;         // orthonormal, shape (3N, rank)
+  Eigen::VectorXd residual;  // shape (3N)
+
+  [[nodiscard]] Eigen::Index rows() const { return residual.size(); }
+  [[nodiscard]] int dof() const { return static_cast<int>(rows() - Q.cols()); }
+  [[nodiscard]] Eigen::MatrixXd project(const Eigen::MatrixXd& signal) const {
+    return signal - Q * (Q.transpose() * signal);
+  }
+};
+
+/// Around `fit`, which was made on `readings` with `sigma`.
+ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
+                             const TrackerSigma& sigma);
+
+/// Whitened signal of a deviation given per reading, shape (3N). Not projected.
+template <typename DeviationOf>
+Eigen::VectorXd whitened_signal(const ResidualSpace& space, DeviationOf deviation_of) {
+  Eigen::VectorXd column(space.rows());
+  const Eigen::Vector3d sigma(space.sigma.xy_mm, space.sigma.xy_mm, space.sigma.phi_rad);
+  for (std::size_t i = 0; i < space.readings.size(); ++i) {
+    const Prediction& at = space.predictions[i];
+    column.segment<3>(3 * static_cast<Eigen::Index>(i)) =
+        response(at, deviation_of(space.readings[i], at.moment)).cwiseQuotient(sigma);
+  }
+  return column;
+}
+
+/// Upper tail of chi^2 with `k` degrees of freedom.
+double chi2_tail(double value, double k);
+
+/// Orthonormal basis of the columns, those that survive: directions whose share of the column's own
+/// length is below `surviving` are left out.
+Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns, double surviving = 1e-5);
+
+}  // namespace trammel

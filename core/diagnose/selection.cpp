@@ -1,0 +1,202 @@
+#include "core/diagnose/selection.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace trammel {
+
+namespace {
+
+constexpr double kVisibleSigmas =
+    2.0;  // an effect at its usual maximum must move the readings by more
+constexpr double kCollinear = 1e-9;  // share of a column that must survive the others of its set
+
+std::vector<std::vector<int>> units_of(const Effect& effect) {
+  std::vector<std::vector<int>> units;
+  const bool pairs = effect.name == "screw_periodic";
+  for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
+    if (pairs && k % 2 == 1) {
+      units.back().push_back(k);
+    } else {
+      units.push_back({k});
+    }
+  }
+  return units;
+}
+
+bool testable(const Effect& effect, const ResidualSpace& space) {
+  return std::all_of(space.predictions.begin(), space.predictions.end(),
+                     [&](const Prediction& at) { return recorded(effect, at.moment); });
+}
+
+/// Least squares of some columns of the library; nothing when they are collinear.
+std::optional<Candidate> solve(const Library& library, const std::vector<int>& units) {
+  Candidate c;
+  c.units = units;
+  std::vector<int> columns;
+  for (const int u : units) {
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
+    columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
+    if (c.effects.empty() || c.effects.back() != unit.effect) c.effects.push_back(unit.effect);
+  }
+  const auto n = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd G(n, n);
+  Eigen::VectorXd b(n), scale(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int ci = columns[static_cast<std::size_t>(i)];
+    scale[i] = 1 / std::sqrt(library.gram(ci, ci));
+    b[i] = library.moment[ci] * scale[i];
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      G(i, j) = library.gram(ci, columns[static_cast<std::size_t>(j)]) * scale[i] * scale[j];
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(G);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  const Eigen::MatrixXd L = llt.matrixL();
+  if (L.diagonal().cwiseAbs2().minCoeff() < kCollinear) return std::nullopt;
+  const Eigen::VectorXd scaled = llt.solve(b);
+  const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(n, n));
+  c.gain = b.dot(scaled);
+  c.values = scaled.cwiseProduct(scale);
+  c.std = inverse.diagonal().cwiseSqrt().cwiseProduct(scale);
+  c.parameters = static_cast<int>(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int ci = columns[static_cast<std::size_t>(i)];
+    const double slack = 2 * c.std[i];
+    c.usual = c.usual && c.values[i] <= library.usual_max[ci] + slack &&
+              c.values[i] >= library.usual_min[ci] - slack;
+  }
+  c.score = c.gain - kPriceOfName * static_cast<double>(c.effects.size()) -
+            kPriceOfParameter * c.parameters - (c.usual ? 0 : kPriceOfUnusual);
+  return c;
+}
+
+/// Calls f with every non-empty choice of `units` for each effect of the set, joined.
+template <typename F>
+void each_choice(const std::vector<std::vector<int>>& units_of_effects, std::size_t at,
+                 std::vector<int>& chosen, F f) {
+  if (at == units_of_effects.size()) {
+    f(chosen);
+    return;
+  }
+  const auto& units = units_of_effects[at];
+  for (unsigned mask = 1; mask < (1U << units.size()); ++mask) {
+    const std::size_t before = chosen.size();
+    for (std::size_t u = 0; u < units.size(); ++u) {
+      if (mask >> u & 1U) chosen.push_back(units[u]);
+    }
+    each_choice(units_of_effects, at + 1, chosen, f);
+    chosen.resize(before);
+  }
+}
+
+int parameter_count(const Library& library, const std::vector<int>& units) {
+  std::size_t n = 0;
+  for (const int u : units) n += library.units[static_cast<std::size_t>(u)].columns.size();
+  return static_cast<int>(n);
+}
+
+std::optional<Candidate> best_choice(const Library& library,
+                                     const std::vector<std::vector<int>>& units_of_effects,
+                                     int most_parameters) {
+  std::optional<Candidate> best;
+  std::vector<int> chosen;
+  each_choice(units_of_effects, 0, chosen, [&](const std::vector<int>& units) {
+    if (most_parameters > 0 && parameter_count(library, units) > most_parameters) return;
+    const auto c = solve(library, units);
+    if (c && (!best || c->score > best->score)) best = c;
+  });
+  return best;
+}
+
+}  // namespace
+
+Library make_library(const ResidualSpace& space) {
+  Library library;
+  const auto catalogue = effect_catalogue();
+  std::vector<Eigen::VectorXd> columns;
+  std::vector<double> highest, lowest;
+  for (std::size_t e = 0; e < catalogue.size(); ++e) {
+    const Effect& effect = catalogue[e];
+    if (!testable(effect, space)) continue;
+    for (const auto& parameters : units_of(effect)) {
+      Unit unit{static_cast<int>(e), parameters, {}};
+      std::vector<Eigen::VectorXd> own;
+      bool visible = true;
+      for (const int k : parameters) {
+        own.push_back(whitened_signal(
+            space, [&](const Reading&, const Moment& m) { return effect.basis(m, k); }));
+        const double usual = effect.parameters[static_cast<std::size_t>(k)].usual_max;
+        visible = visible && space.project(own.back()).norm() * usual > kVisibleSigmas;
+      }
+      if (!visible) continue;
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        const auto& p = effect.parameters[static_cast<std::size_t>(parameters[i])];
+        unit.columns.push_back(static_cast<int>(columns.size()));
+        columns.push_back(own[i]);
+        highest.push_back(p.usual_max);
+        lowest.push_back(p.low());
+      }
+      library.units.push_back(unit);
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(columns.size());
+  library.signals.resize(space.rows(), n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    library.signals.col(i) = columns[static_cast<std::size_t>(i)];
+  library.usual_max = Eigen::Map<Eigen::VectorXd>(highest.data(), n);
+  library.usual_min = Eigen::Map<Eigen::VectorXd>(lowest.data(), n);
+  const Eigen::MatrixXd projected = space.project(library.signals);
+  library.gram = projected.transpose() * projected;
+  library.moment = projected.transpose() * space.residual;
+  return library;
+}
+
+std::vector<Candidate> search(const Library& library, int most, int most_parameters) {
+  std::vector<std::vector<int>> units(effect_catalogue().size());
+  for (std::size_t u = 0; u < library.units.size(); ++u) {
+    units[static_cast<std::size_t>(library.units[u].effect)].push_back(static_cast<int>(u));
+  }
+  std::vector<Candidate> all;
+  const auto consider = [&](const std::vector<std::size_t>& effects) {
+    std::vector<std::vector<int>> chosen;
+    for (const std::size_t e : effects) {
+      if (units[e].empty()) return;
+      chosen.push_back(units[e]);
+    }
+    if (const auto c = best_choice(library, chosen, most_parameters)) all.push_back(*c);
+  };
+  const std::size_t n = units.size();
+  for (std::size_t a = 0; a < n; ++a) {
+    consider({a});
+    for (std::size_t b = a + 1; b < n && most >= 2; ++b) {
+      consider({a, b});
+      for (std::size_t c = b + 1; c < n && most >= 3; ++c) consider({a, b, c});
+    }
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  return all;
+}
+
+std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candidate>& all) {
+  std::vector<Candidate> rivals;
+  for (const Candidate& c : all) {
+    const bool superset =
+        std::includes(c.effects.begin(), c.effects.end(), best.effects.begin(), best.effects.end());
+    if (superset || !c.usual || c.parameters > best.parameters) continue;
+    if (c.score >= best.score - kEvidence20To1) rivals.push_back(c);
+  }
+  return rivals;
+}
+
+std::vector<std::string> names_of(const Candidate& candidate) {
+  std::vector<std::string> names;
+  for (const int e : candidate.effects)
+    names.push_back(effect_catalogue()[static_cast<std::size_t>(e)].name);
+  return names;
+}
+
+}  // namespace trammel

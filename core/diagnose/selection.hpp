@@ -1,0 +1,61 @@
+#pragma once
+// Which sets of effects explain the residuals, jointly with a refit of the base.
+
+#include <string>
+#include <vector>
+
+#include "core/diagnose/residual_space.hpp"
+#include "core/model/effect.hpp"
+
+namespace trammel {
+
+/// The part of an effect that is in or out as a whole: one parameter, or a rail's pair of
+/// screw_periodic.
+struct Unit {
+  int effect = 0;               // place in the catalogue
+  std::vector<int> parameters;  // of the effect
+  std::vector<int> columns;     // of Library::signals
+};
+
+/// Every effect the readings have the conditions for, as columns.
+struct Library {
+  std::vector<Unit> units;
+  Eigen::MatrixXd signals;    // whitened, per unit of parameter, not projected, shape (3N, columns)
+  Eigen::VectorXd usual_max;  // of each column's parameter
+  Eigen::VectorXd usual_min;
+  Eigen::MatrixXd gram;    // signals' M signals
+  Eigen::VectorXd moment;  // signals' M r
+};
+Library make_library(const ResidualSpace& space);
+
+/// A set of effects with the rails they act on, and what it earns.
+struct Candidate {
+  std::vector<int> effects;  // places in the catalogue, rising
+  std::vector<int> units;    // places in Library::units
+  Eigen::VectorXd values;    // of the columns, in the order of the units
+  Eigen::VectorXd std;
+  int parameters = 0;
+  double gain = 0;    // fall of chi^2 against the base alone
+  double score = 0;   // gain less the price of the library searched
+  bool usual = true;  // every value within its usual range
+};
+
+// The price, in chi^2: an effect that is not there adds its name by chance in less than 1 % of
+// campaigns (31 units of 1 or 2 terms); further rails of a named effect are cheaper. Measured:
+// README.md.
+inline constexpr double kPriceOfName = 8.0;
+inline constexpr double kPriceOfParameter = 5.5;
+inline constexpr double kPriceOfUnusual = 12.0;
+inline constexpr double kEvidence20To1 = 6.0;  // 2 ln 20
+
+/// For every set of up to `most` effects, its best choice of units, by falling score. With
+/// `most_parameters` > 0 only choices of at most as many parameters.
+std::vector<Candidate> search(const Library& library, int most, int most_parameters = 0);
+
+/// The sets that explain the readings as well as `best` (effects.md of the report's vocabulary:
+/// other names, no superset, no more parameters, usual ranges, evidence within 20:1).
+std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candidate>& all);
+
+std::vector<std::string> names_of(const Candidate& candidate);
+
+}  // namespace trammel

@@ -1,0 +1,20 @@
+#include "core/model/effect.hpp"
+
+namespace trammel {
+
+/// (x, y) *= 1 + m
+Effect tracker_scale() {
+  return {.name = "tracker_scale",
+          .sentence =
+              "the tracker's millimetre is not the machine's: wavelength, refraction, or its scale "
+              "factor",
+          .needs = {Need::travel},
+          .parameters = {{"m", "1", -1, 2e-4}},
+          .basis = [](const Moment& moment, int) {
+            Deviation d;
+            d.dX << moment.pose.x_mm, moment.pose.y_mm, 0;
+            return d;
+          }};
+}
+
+}  // namespace trammel
