@@ -111,6 +111,14 @@ std::optional<Candidate> best_choice(const Library& library,
   return best;
 }
 
+std::vector<int> all_units(const Library& library, int effect) {
+  std::vector<int> units;
+  for (std::size_t u = 0; u < library.units.size(); ++u) {
+    if (library.units[u].effect == effect) units.push_back(static_cast<int>(u));
+  }
+  return units;
+}
+
 }  // namespace
 
 Library make_library(const ResidualSpace& space) {
@@ -190,6 +198,138 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
     if (c.score >= best.score - kEvidence20To1) rivals.push_back(c);
   }
   return rivals;
+}
+
+double gain_of(const Library& library, const std::vector<int>& units) {
+  if (units.empty()) return 0;
+  const auto c = solve(library, units);
+  return c ? c->gain : 0;
+}
+
+Candidate extend(const Library& library, Candidate best) {
+  for (;;) {
+    std::optional<Candidate> next;
+    for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
+      const int effect = static_cast<int>(e);
+      if (std::count(best.effects.begin(), best.effects.end(), effect) > 0) continue;
+      std::vector<int> chosen;
+      const std::vector<int> own = all_units(library, effect);
+      if (own.empty()) continue;
+      each_choice({own}, 0, chosen, [&](const std::vector<int>& added) {
+        std::vector<int> units = best.units;
+        units.insert(units.end(), added.begin(), added.end());
+        std::sort(units.begin(), units.end());
+        const auto c = solve(library, units);
+        if (c && (!next || c->score > next->score)) next = c;
+      });
+    }
+    if (!next || next->score <= best.score) return best;
+    best = *next;
+  }
+}
+
+std::vector<Candidate> structural_ties(const Library& library, const Candidate& best) {
+  constexpr double kSameSignal = 1e-3;  // of the energy
+  std::vector<Candidate> ties;
+  for (const int effect : best.effects) {
+    std::vector<int> others;
+    for (const int u : best.units) {
+      if (library.units[static_cast<std::size_t>(u)].effect != effect) others.push_back(u);
+    }
+    // the effect's fitted signal, as moments against the library
+    Library alone = library;
+    alone.moment.setZero();
+    Eigen::Index at = 0;
+    double energy = 0;
+    for (const int u : best.units) {
+      const Unit& unit = library.units[static_cast<std::size_t>(u)];
+      for (const int column : unit.columns) {
+        const double value = best.values[at++];
+        if (unit.effect == effect) alone.moment += value * library.gram.col(column);
+      }
+    }
+    at = 0;
+    for (const int u : best.units) {
+      const Unit& unit = library.units[static_cast<std::size_t>(u)];
+      for (const int column : unit.columns) {
+        const double value = best.values[at++];
+        if (unit.effect == effect) energy += value * alone.moment[column];
+      }
+    }
+    const double known = gain_of(alone, others);
+    for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
+      const int other = static_cast<int>(e);
+      if (std::count(best.effects.begin(), best.effects.end(), other) > 0) continue;
+      std::vector<int> units = others;
+      const std::vector<int> own = all_units(library, other);
+      if (own.empty()) continue;
+      units.insert(units.end(), own.begin(), own.end());
+      std::sort(units.begin(), units.end());
+      const auto imitation = solve(alone, units);
+      if (!imitation || energy - imitation->gain > kSameSignal * (energy - known)) continue;
+      const auto tie = solve(library, units);
+      if (tie && tie->usual) ties.push_back(*tie);
+    }
+  }
+  return ties;
+}
+
+std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
+                                    const Candidate& best, const std::vector<Shape>& shapes,
+                                    double& score) {
+  constexpr double kSameShape = 0.98;  // share of the replaced signal that makes it the same one
+  std::vector<std::vector<int>> kept = {{}};
+  if (best.effects.size() > 1) {
+    for (const int effect : best.effects) {
+      kept.emplace_back();
+      for (const int u : best.units) {
+        if (library.units[static_cast<std::size_t>(u)].effect != effect) kept.back().push_back(u);
+      }
+    }
+  }
+  std::vector<int> columns;
+  for (const int u : best.units) {
+    const auto& unit = library.units[static_cast<std::size_t>(u)];
+    columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
+  }
+  Eigen::VectorXd fitted = Eigen::VectorXd::Zero(space.rows());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    fitted += best.values[static_cast<Eigen::Index>(i)] * library.signals.col(columns[i]);
+  }
+  fitted = space.project(fitted);
+  const double search_price =
+      kPriceOfName + 2 * std::log(static_cast<double>(shapes.size()) / 30.0);
+  std::optional<Finding> found;
+  for (const auto& units : kept) {
+    Eigen::MatrixXd known(space.rows(), parameter_count(library, units));
+    Eigen::Index at = 0;
+    for (const int u : units) {
+      for (const int c : library.units[static_cast<std::size_t>(u)].columns)
+        known.col(at++) = library.signals.col(c);
+    }
+    const Eigen::MatrixXd K = orthonormal(space.project(known));
+    const Eigen::VectorXd r = space.residual - K * (K.transpose() * space.residual);
+    const Eigen::VectorXd replaced = fitted - K * (K.transpose() * fitted);
+    const double base =
+        gain_of(library, units) - kPriceOfParameter * static_cast<double>(known.cols()) -
+        kPriceOfName * static_cast<double>(units.empty() ? 0 : best.effects.size() - 1);
+    for (const Shape& shape : shapes) {
+      if (shape.where.starts_with("effect ")) continue;
+      Eigen::MatrixXd D = space.project(shape.columns);
+      if (D.norm() < 1e-6 * shape.columns.norm()) continue;
+      D -= K * (K.transpose() * D);
+      const Eigen::MatrixXd U = orthonormal(D);
+      if ((U.transpose() * replaced).squaredNorm() > kSameShape * replaced.squaredNorm()) continue;
+      const double gain = (U.transpose() * r).squaredNorm();
+      const double s =
+          base + gain - search_price - kPriceOfParameter * static_cast<double>(U.cols());
+      if (found && s <= score) continue;
+      score = s;
+      found = Finding{shape.where, shape.when, chi2_tail(gain, static_cast<double>(U.cols())), gain,
+                      static_cast<int>(U.cols())};
+    }
+  }
+  return found;
 }
 
 std::vector<std::string> names_of(const Candidate& candidate) {

@@ -1,10 +1,12 @@
 #pragma once
 // Which sets of effects explain the residuals, jointly with a refit of the base.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/diagnose/residual_space.hpp"
+#include "core/diagnose/structure.hpp"
 #include "core/model/effect.hpp"
 
 namespace trammel {
@@ -55,6 +57,22 @@ std::vector<Candidate> search(const Library& library, int most, int most_paramet
 /// The sets that explain the readings as well as `best` (effects.md of the report's vocabulary:
 /// other names, no superset, no more parameters, usual ranges, evidence within 20:1).
 std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candidate>& all);
+
+/// `best` with further effects, while each earns its price (search() ends at three).
+Candidate extend(const Library& library, Candidate best);
+
+/// Sets in which one effect of `best` is replaced by another whose span holds its whole fitted
+/// signal: no reading of this design carries the difference, whatever the number of parameters.
+std::vector<Candidate> structural_ties(const Library& library, const Candidate& best);
+
+/// Fall of chi^2 that `units` give together (0 for none).
+double gain_of(const Library& library, const std::vector<int>& units);
+
+/// The shape without a name that does best in place of the whole of `best` or of one of its
+/// effects, where it is another signal; its score in `score`.
+std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
+                                    const Candidate& best, const std::vector<Shape>& shapes,
+                                    double& score);
 
 std::vector<std::string> names_of(const Candidate& candidate);
 

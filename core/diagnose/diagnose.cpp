@@ -1,0 +1,286 @@
+#include "core/diagnose/diagnose.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/diagnose/gap.hpp"
+#include "core/diagnose/noise.hpp"
+#include "core/diagnose/selection.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kAssumedXyMm = 0.010;  // where neither tracker nor repeats say: only a first guess
+constexpr double kAssumedPhiRad = rad_from_deg(0.01);
+constexpr int kEnoughRepeats = 8;  // degrees of freedom before repeats give the noise alone
+constexpr double kOtherNoise =
+    3.3;  // standard uncertainties (0.1 %) by which a stated sigma must be off
+
+struct Work {
+  const Campaign& campaign;
+  const DiagnoseOptions& options;
+  Diagnosis out;
+  std::vector<Reading> readings;  // identify, without the bad ones
+  GeometryFit base;
+  ResidualSpace space;        // around the base
+  std::vector<Shape> shapes;  // dictionary and catalogue
+  Library library;
+};
+
+std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
+  std::vector<Reading> readings;
+  for (const Reading& r : campaign.readings) {
+    if (r.set == set && (r.measured || set == ReadingSet::predict)) readings.push_back(r);
+  }
+  return readings;
+}
+
+void require_enough(const Work& w) {
+  const auto parameters = base_parameters(w.readings).size();
+  if (3 * w.readings.size() >= parameters + 9) return;
+  throw InputError({.what = "too few readings to look for a missing effect",
+                    .got = std::to_string(w.readings.size()) + " identify readings",
+                    .expected = "at least " + std::to_string((parameters + 9 + 2) / 3) + " for " +
+                                std::to_string(parameters) + " parameters of the base",
+                    .hint = "measure more points, or use 'calibrate lsq'"});
+}
+
+void fit_base(Work& w) {
+  w.base = fit_geometry(nominal_model(w.campaign.mechanism), w.readings, w.out.noise.used);
+  w.space = residual_space(w.base, w.readings, w.out.noise.used);
+  w.library = make_library(w.space);
+}
+
+/// Step 1: whose word on the noise is taken first.
+void first_noise(Work& w) {
+  NoiseFloor& noise = w.out.noise;
+  noise.repeats = repeat_noise(w.readings);
+  if (w.campaign.tracker) {
+    noise.stated = noise.used = *w.campaign.tracker;
+    noise.source = NoiseSource::tracker;
+  } else if (noise.repeats.dof >= kEnoughRepeats) {
+    noise.used = noise.repeats.sigma;
+    noise.source = NoiseSource::repeats;
+  } else {
+    noise.used = {kAssumedXyMm, kAssumedPhiRad};
+    noise.source = NoiseSource::residuals;
+    w.out.notes.push_back(
+        "no sigma is stated and there are too few repeats: the noise is what base and catalogue "
+        "leave, so structure "
+        "that looks like noise can't be seen");
+  }
+}
+
+/// White residuals of another size than was stated are not structure: scale, and go on.
+void settle_noise(Work& w) {
+  for (int round = 0; round < 3; ++round) {
+    const NoiseRatio ratio = noise_ratio(w.space, w.library.signals);
+    const bool unknown = w.out.noise.source == NoiseSource::residuals;
+    const bool xy = unknown || std::abs(ratio.xy - 1) > kOtherNoise * ratio.u_xy;
+    const bool phi = unknown || std::abs(ratio.phi - 1) > kOtherNoise * ratio.u_phi;
+    if (!xy && !phi) return;
+    if (xy) w.out.noise.used.xy_mm *= ratio.xy;
+    if (phi) w.out.noise.used.phi_rad *= ratio.phi;
+    w.out.noise.rescaled = !unknown;
+    fit_base(w);
+  }
+}
+
+/// Single bad readings first: four outliers must not become seven effects.
+void drop_bad_readings(Work& w) {
+  NamedEffect bad;
+  bad.name = "outlier_readings";
+  for (int round = 0; round < 5; ++round) {
+    const auto places = bad_readings(w.space, w.library.signals);
+    if (places.empty()) break;
+    for (auto it = places.rbegin(); it != places.rend(); ++it) {
+      bad.seqs.push_back(w.readings[*it].seq);
+      w.readings.erase(w.readings.begin() + static_cast<std::ptrdiff_t>(*it));
+    }
+    fit_base(w);
+  }
+  if (bad.seqs.empty()) return;
+  std::sort(bad.seqs.begin(), bad.seqs.end());
+  bad.p = kFalseOutlier;
+  w.out.effects.push_back(std::move(bad));
+}
+
+void make_shapes(Work& w, const ResidualSpace& space) {
+  w.shapes = dictionary(space);
+  for (const Unit& unit : w.library.units) {
+    const Effect& effect = effect_catalogue()[static_cast<std::size_t>(unit.effect)];
+    Shape shape{"effect " + effect.name, "all", {}};
+    shape.columns.resize(space.rows(), static_cast<Eigen::Index>(unit.columns.size()));
+    for (std::size_t c = 0; c < unit.columns.size(); ++c) {
+      shape.columns.col(static_cast<Eigen::Index>(c)) = w.library.signals.col(unit.columns[c]);
+    }
+    w.shapes.push_back(std::move(shape));
+  }
+}
+
+StructureTest test(const Work& w, const ResidualSpace& space) {
+  return test_structure(space, w.shapes, {w.options.replicates, w.options.seed, w.options.threads});
+}
+
+/// The base with the candidate's effects, fitted on the exact model.
+GeometryFit fit_with(const Work& w, const Candidate& candidate) {
+  RobotModel start = w.base.model;
+  Eigen::Index at = 0;
+  for (const int u : candidate.units) {
+    const Unit& unit = w.library.units[static_cast<std::size_t>(u)];
+    const Effect* effect = &effect_catalogue()[static_cast<std::size_t>(unit.effect)];
+    if (start.effects.empty() || start.effects.back().effect != effect) {
+      start.effects.push_back(
+          {effect, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(effect->parameters.size()))});
+    }
+    for (const int k : unit.parameters) {
+      const double v = candidate.values[at++];
+      start.effects.back().values[k] = v != 0 ? v : 1e-12;
+    }
+  }
+  return fit_geometry(start, w.readings, w.out.noise.used);
+}
+
+void name_effects(Work& w, const Candidate& best, const GeometryFit& fit) {
+  for (std::size_t e = 0; e < fit.model.effects.size(); ++e) {
+    const ActiveEffect& active = fit.model.effects[e];
+    NamedEffect named;
+    named.name = active.effect->name;
+    for (std::size_t j = 0; j < fit.parameters.size(); ++j) {
+      const FreeParameter& p = fit.parameters[j];
+      if (p.kind != FreeParameter::Kind::effect || p.owner != static_cast<int>(e)) continue;
+      const EffectParameter& about = active.effect->parameters[static_cast<std::size_t>(p.index)];
+      const auto jj = static_cast<Eigen::Index>(j);
+      const double value = active.values[p.index];
+      const double std = p.scale * std::sqrt(fit.covariance(jj, jj));
+      named.parameters.push_back(
+          {about.name, about.unit, value, std,
+           value > about.usual_max + 2 * std || value < about.low() - 2 * std});
+      if (about.rail >= 0 && (named.rails.empty() || named.rails.back() != about.rail + 1)) {
+        named.rails.push_back(about.rail + 1);
+      }
+    }
+    std::vector<int> others;
+    for (const int u : best.units) {
+      if (effect_catalogue()[static_cast<std::size_t>(
+                                 w.library.units[static_cast<std::size_t>(u)].effect)]
+              .name != named.name) {
+        others.push_back(u);
+      }
+    }
+    const double drop = best.gain - gain_of(w.library, others);
+    named.share_of_gap = best.gain > 0 ? drop / best.gain : 0;
+    named.p = chi2_tail(drop, static_cast<double>(named.parameters.size()));
+    w.out.effects.push_back(std::move(named));
+  }
+}
+
+/// Shapes without a name that explain more than the named set does, in place of one of its effects.
+std::optional<Finding> better_shape(const Work& w, const Candidate& best, double& score) {
+  return best_unnamed(w.space, w.library, best, w.shapes, score);
+}
+
+void say_what_is_not_testable(Work& w) {
+  for (const AuditRow& row : w.out.audit) {
+    if (!row.missing.empty()) {
+      w.out.notes.push_back(row.effect + " can't be tested on these readings: it needs " +
+                            row.missing);
+    }
+  }
+}
+
+void decide(Work& w) {
+  Diagnosis& out = w.out;
+  out.before = test(w, w.space);
+  out.fit = w.base;
+  if (out.before.family_p > w.options.false_alarm) {
+    out.verdict = out.effects.empty() ? Verdict::nothing_missing : Verdict::explained;
+    return;
+  }
+  const std::vector<Candidate> all = search(w.library, 3);
+  if (all.empty() || all.front().score <= 0) {
+    out.verdict = Verdict::unexplained;
+    out.structure = out.before.findings;
+    return;
+  }
+  const Candidate best = extend(w.library, all.front());
+  out.fit = fit_with(w, best);
+  const ResidualSpace left = residual_space(out.fit, w.readings, out.noise.used);
+  out.after = test(w, left);
+  name_effects(w, best, out.fit);
+
+  double unnamed_score = 0;
+  const auto unnamed = better_shape(w, best, unnamed_score);
+  const bool inadequate = out.after.family_p <= w.options.inadequate;
+  if (inadequate || (unnamed && unnamed_score > best.score)) {
+    out.verdict = Verdict::unexplained;
+    out.structure = inadequate ? out.after.findings : std::vector<Finding>{*unnamed};
+    return;
+  }
+  for (const Candidate& c : rivals_of(best, all)) {
+    out.rivals.push_back(
+        {names_of(c), c.parameters, std::exp(0.5 * (best.score - c.score)), false});
+  }
+  for (const Candidate& c : structural_ties(w.library, best)) {
+    out.rivals.push_back({names_of(c), c.parameters, 1, true});
+  }
+  if (unnamed && unnamed_score > best.score - kEvidence20To1) {
+    out.rivals.push_back({{"unnamed: " + unnamed->where + ", " + unnamed->when},
+                          unnamed->terms,
+                          std::exp(0.5 * (best.score - unnamed_score)),
+                          false});
+  }
+  out.verdict = out.rivals.empty() ? Verdict::explained : Verdict::ambiguous;
+}
+
+}  // namespace
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::nothing_missing:
+      return "nothing_missing";
+    case Verdict::explained:
+      return "explained";
+    case Verdict::ambiguous:
+      return "ambiguous";
+    case Verdict::unexplained:
+      return "unexplained";
+  }
+  return {};
+}
+
+std::string to_string(NoiseSource source) {
+  switch (source) {
+    case NoiseSource::tracker:
+      return "tracker";
+    case NoiseSource::repeats:
+      return "repeats";
+    case NoiseSource::residuals:
+      return "residuals";
+  }
+  return {};
+}
+
+Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options) {
+  Work w{campaign, options, {}, of_set(campaign, ReadingSet::identify), {}, {}, {}, {}};
+  require_enough(w);
+  first_noise(w);
+  fit_base(w);
+  drop_bad_readings(w);
+  settle_noise(w);
+  make_shapes(w, w.space);
+  w.out.audit = audit_design(w.space);
+  say_what_is_not_testable(w);
+  decide(w);
+  measure_gap(campaign, w.readings, w.base, w.out);
+  for (const Reading& r : of_set(campaign, ReadingSet::predict)) {
+    const PredictedPose p = predict_with_covariance(w.out.fit, r.conditions);
+    w.out.predictions.push_back({r.seq, p.pose, p.covariance.diagonal().cwiseSqrt()});
+  }
+  return w.out;
+}
+
+}  // namespace trammel

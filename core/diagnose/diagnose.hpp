@@ -1,0 +1,99 @@
+#pragma once
+// The discrepancy workflow: where simulation and measurement part, and why.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/calibrate/geometry_fit.hpp"
+#include "core/diagnose/audit.hpp"
+#include "core/diagnose/noise.hpp"
+#include "core/diagnose/structure.hpp"
+#include "core/measure/reading.hpp"
+
+namespace trammel {
+
+enum class Verdict { nothing_missing, explained, ambiguous, unexplained };
+std::string to_string(Verdict verdict);
+
+struct DiagnoseOptions {
+  double false_alarm = 0.007;  // of the structure test over everything, family-wise
+  double inadequate = 0.007;   // of the same test once the effects are in
+  std::uint64_t seed = 1;
+  int replicates = 2000;
+  int threads = 2;
+};
+
+enum class NoiseSource { tracker, repeats, residuals };
+std::string to_string(NoiseSource source);
+
+struct NoiseFloor {
+  NoiseSource source = NoiseSource::tracker;
+  TrackerSigma stated;    // 0 when none was stated
+  TrackerSigma used;      // one reading, one standard deviation
+  bool rescaled = false;  // the readings say another size than was stated
+  RepeatNoise repeats;
+  double correlation = 0;  // of successive readings, 0 when it is not significant
+};
+
+struct NamedParameter {
+  std::string name;
+  std::string unit;
+  double value = 0;
+  double std = 0;
+  bool unusual = false;  // outside the effect's usual range
+};
+
+struct NamedEffect {
+  std::string name;
+  std::vector<int> rails;  // from 1
+  std::vector<NamedParameter> parameters;
+  std::vector<int> seqs;    // outlier_readings only
+  double share_of_gap = 0;  // of what all named effects take out of chi^2
+  double p = 1;
+};
+
+struct Rival {
+  std::vector<std::string> names;
+  int parameters = 0;
+  double evidence = 0;      // odds for the named set against this one
+  bool structural = false;  // these points can't carry the difference
+};
+
+/// rms of measured - predicted over x and y per coordinate; nothing when the set has no readings.
+struct GapStep {
+  std::string model;  // "nominal", "geometry", "+backlash", …
+  RobotModel robot;
+  std::optional<double> identify_rms_mm, validate_rms_mm;
+  std::optional<double> identify_rms_deg, validate_rms_deg;
+  std::optional<double>
+      closed_share;  // of the nominal gap on unseen readings (fitted ones when there are none)
+  std::optional<double> closed_low, closed_high;  // 95 %, bootstrap over readings
+};
+
+struct PredictedRow {
+  int seq = 0;
+  Pose pose;
+  Eigen::Vector3d std;  // of the model, without a reading's noise
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::unexplained;
+  NoiseFloor noise;
+  std::vector<AuditRow> audit;
+  StructureTest before, after;  // residuals of the base; of base and named effects
+  std::vector<NamedEffect> effects;
+  std::vector<Rival> rivals;
+  std::vector<Finding> structure;  // what is left when the verdict is `unexplained`
+  std::vector<GapStep> gap;
+  std::vector<PredictedRow> predictions;
+  GeometryFit fit;                 // of the last model of the chain
+  std::vector<std::string> notes;  // what could not be tested, what was assumed
+};
+
+/// Runs the workflow on the readings of `campaign`; validation readings enter the gap only.
+/// @throws InputError when there are too few readings to identify the base (says how many)
+Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options = {});
+
+}  // namespace trammel

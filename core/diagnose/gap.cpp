@@ -1,0 +1,121 @@
+#include "core/diagnose/gap.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/random.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr int kBootstrap = 1000;
+
+/// Squared deviations of each reading: x^2 + y^2 in mm^2, phi^2 in rad^2.
+struct Squares {
+  std::vector<double> xy, phi;
+};
+
+Squares squares(const RobotModel& model, std::span<const Reading> readings) {
+  Squares s;
+  for (const Reading& r : readings) {
+    const Prediction at = predict(model, r.conditions);
+    if (!at.ok() || !r.measured) continue;
+    const Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
+    s.xy.push_back(d.head<2>().squaredNorm());
+    s.phi.push_back(d[2] * d[2]);
+  }
+  return s;
+}
+
+double mean(const std::vector<double>& v) {
+  double sum = 0;
+  for (const double x : v) sum += x;
+  return sum / static_cast<double>(v.size());
+}
+
+std::optional<double> rms_xy(const Squares& s) {
+  if (s.xy.empty()) return std::nullopt;
+  return std::sqrt(0.5 * mean(s.xy));
+}
+
+std::optional<double> rms_deg(const Squares& s) {
+  if (s.phi.empty()) return std::nullopt;
+  return deg_from_rad(std::sqrt(mean(s.phi)));
+}
+
+double closed(double before, double after, double noise_squared) {
+  return 1 - (after - noise_squared) / (before - noise_squared);
+}
+
+void interval(GapStep& step, const Squares& before, const Squares& after, double sigma_mm) {
+  const double s2 = sigma_mm * sigma_mm;
+  if (before.xy.empty() || 0.5 * mean(before.xy) <= s2) return;
+  step.closed_share = closed(0.5 * mean(before.xy), 0.5 * mean(after.xy), s2);
+  std::vector<double> shares;
+  Random random = Random::stream(1, "gap");
+  const std::uint64_t n = before.xy.size();
+  for (int b = 0; b < kBootstrap; ++b) {
+    double was = 0, is = 0;
+    for (std::uint64_t i = 0; i < n; ++i) {
+      const auto pick = static_cast<std::size_t>(random.below(n));
+      was += 0.5 * before.xy[pick] / static_cast<double>(n);
+      is += 0.5 * after.xy[pick] / static_cast<double>(n);
+    }
+    if (was > s2) shares.push_back(closed(was, is, s2));
+  }
+  std::sort(shares.begin(), shares.end());
+  if (shares.size() < kBootstrap / 2) return;
+  step.closed_low = shares[shares.size() / 40];
+  step.closed_high = shares[shares.size() - 1 - shares.size() / 40];
+}
+
+GapStep make_step(std::string name, const RobotModel& robot, std::span<const Reading> fitted,
+                  std::span<const Reading> unseen, const RobotModel& nominal, double sigma_mm) {
+  GapStep step;
+  step.model = std::move(name);
+  step.robot = robot;
+  const Squares in = squares(robot, fitted), out = squares(robot, unseen);
+  step.identify_rms_mm = rms_xy(in);
+  step.validate_rms_mm = rms_xy(out);
+  step.identify_rms_deg = rms_deg(in);
+  step.validate_rms_deg = rms_deg(out);
+  if (step.model != "nominal") {
+    const bool judged = !out.xy.empty();
+    interval(step, squares(nominal, judged ? unseen : fitted), judged ? out : in, sigma_mm);
+  }
+  return step;
+}
+
+}  // namespace
+
+void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, const GeometryFit& base,
+                 Diagnosis& diagnosis) {
+  std::vector<Reading> unseen;
+  for (const Reading& r : campaign.readings) {
+    if (r.set == ReadingSet::validate && r.measured) unseen.push_back(r);
+  }
+  const TrackerSigma sigma = diagnosis.noise.used;
+  const RobotModel nominal = nominal_model(campaign.mechanism);
+  diagnosis.gap.push_back(make_step("nominal", nominal, fitted, unseen, nominal, sigma.xy_mm));
+  diagnosis.gap.push_back(make_step("geometry", base.model, fitted, unseen, nominal, sigma.xy_mm));
+  std::vector<const NamedEffect*> order;
+  for (const NamedEffect& e : diagnosis.effects) {
+    if (e.name != "outlier_readings") order.push_back(&e);
+  }
+  std::stable_sort(order.begin(), order.end(), [](const NamedEffect* a, const NamedEffect* b) {
+    return a->share_of_gap > b->share_of_gap;
+  });
+  RobotModel model = base.model;
+  for (const NamedEffect* e : order) {
+    for (const ActiveEffect& active : diagnosis.fit.model.effects) {
+      if (active.effect->name == e->name) model.effects.push_back(active);
+    }
+    const bool last = model.effects.size() == diagnosis.fit.model.effects.size();
+    model = last ? diagnosis.fit.model : fit_geometry(model, fitted, sigma).model;
+    diagnosis.gap.push_back(make_step("+" + e->name, model, fitted, unseen, nominal, sigma.xy_mm));
+  }
+}
+
+}  // namespace trammel

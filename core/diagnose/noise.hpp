@@ -1,0 +1,38 @@
+#pragma once
+// The size of the noise, and single readings that are not of it.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/diagnose/residual_space.hpp"
+#include "core/measure/reading.hpp"
+
+namespace trammel {
+
+/// Standard deviation of readings that were repeated: same target, same approach, same epoch.
+struct RepeatNoise {
+  TrackerSigma sigma;
+  int dof = 0;  // repeats beyond the first of each group; sigma holds only when > 0
+};
+RepeatNoise repeat_noise(std::span<const Reading> readings);
+
+/// What the base and the whole catalogue together leave, per kind of coordinate, over the stated
+/// sigma.
+struct NoiseRatio {
+  double xy = 1, phi = 1;      // estimated over stated
+  double u_xy = 0, u_phi = 0;  // standard uncertainties
+};
+NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signals);
+
+/// Places (in `space.readings`) of single bad readings, against base and catalogue fitted robustly.
+///
+/// Reading i stands out by d_i = r_i' (I - H_ii)^-1 r_i / scale^2, chi^2(3) for a good one; scale
+/// from the median of all d. Bad: chance of one such reading in a clean campaign below
+/// kFalseOutlier (or, where the rest has heavier tails than a normal distribution, ten sigmas).
+/// More than kMostBad of the readings are no single readings: then none is named.
+std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::MatrixXd& signals);
+inline constexpr double kFalseOutlier = 0.003;
+inline constexpr double kMostBad = 0.08;
+
+}  // namespace trammel
