@@ -9,7 +9,8 @@ using namespace trammel;
 
 namespace {
 
-Conditions conditions_at(const Pose& pose, const Displacements& from_by_mm, double time_s, double temp_degc) {
+Conditions conditions_at(const Pose& pose, const Displacements& from_by_mm, double time_s,
+                         double temp_degc) {
   Conditions c;
   c.cmd_mm = inverse(paper_mechanism().geometry, pose).l_mm;
   c.from_mm = c.cmd_mm + from_by_mm;
@@ -35,8 +36,7 @@ Displacements seen_as_joint_error(const RobotModel& model, const Conditions& c) 
 
 const Pose kPose{40, -30, 0.03};
 const Conditions kConditions = conditions_at(kPose, {-5, 5, -5}, 7200, 23.5);
-const Displacements kTravel =
-    kConditions.cmd_mm - inverse(paper_mechanism().geometry, Pose{}).l_mm;
+const Displacements kTravel = kConditions.cmd_mm - inverse(paper_mechanism().geometry, Pose{}).l_mm;
 
 }  // namespace
 
@@ -56,7 +56,8 @@ TEST_CASE("joint effects move a rail by what their formula says by hand", "[mode
   const std::vector<Case> cases = {
       {"lead_scale", {0, 2e-3, 0}, 2e-3 * s2},
       {"lead_curvature", {0, 1e-5, 0}, 1e-5 * s2 * s2},
-      {"screw_periodic", {0, 0, 0.02, 0.01, 0, 0},
+      {"screw_periodic",
+       {0, 0, 0.02, 0.01, 0, 0},
        0.02 * std::sin(2 * kPi * l2 / 10) + 0.01 * std::cos(2 * kPi * l2 / 10)},
       {"backlash", {0, 0.08, 0}, +0.04},  // rail 2 came from above: direction -1
       {"thermal_growth", {0, 2e-5, 0}, 2e-5 * l2 * 3.5},
@@ -83,12 +84,14 @@ TEST_CASE("a bent guide is a rail offset growing with the square of travel", "[m
   const Prediction bent = predict(with_effect("guide_bow", {2e-5, 0, 0}), kConditions);
   RobotModel offset = nominal_model(paper_mechanism());
   offset.geometry.chains[0].h_mm = 2e-5 * kTravel[0] * kTravel[0];
-  CHECK((bent.pose.vector() - predict(offset, kConditions).pose.vector()).cwiseAbs().maxCoeff() < 1e-10);
+  CHECK((bent.pose.vector() - predict(offset, kConditions).pose.vector()).cwiseAbs().maxCoeff() <
+        1e-10);
 }
 
 TEST_CASE("reading effects change the reading alone", "[model]") {
   const Eigen::Vector3d drift =
-      predict(with_effect("tracker_drift", {0.1, -0.05, 0.01}), kConditions).pose.vector() - kPose.vector();
+      predict(with_effect("tracker_drift", {0.1, -0.05, 0.01}), kConditions).pose.vector() -
+      kPose.vector();
   CHECK((drift - Eigen::Vector3d(0.2, -0.1, rad_from_deg(0.02))).cwiseAbs().maxCoeff() < 1e-9);
   const Pose scaled = predict(with_effect("tracker_scale", {1e-4}), kConditions).pose;
   CHECK_THAT(scaled.x_mm, WithinAbs(40 * 1.0001, 1e-9));
@@ -105,7 +108,8 @@ TEST_CASE("an effect whose condition is not recorded adds nothing", "[model]") {
   }
 }
 
-TEST_CASE("the derivative by every free parameter is the finite difference of the prediction", "[model]") {
+TEST_CASE("the derivative by every free parameter is the finite difference of the prediction",
+          "[model]") {
   Random random(11);
   RobotModel model = nominal_model(paper_mechanism());
   model.geometry = tests::random_geometry(random);
@@ -113,7 +117,8 @@ TEST_CASE("the derivative by every free parameter is the finite difference of th
   for (const Effect& effect : effect_catalogue()) {
     Eigen::VectorXd v(static_cast<Eigen::Index>(effect.parameters.size()));
     for (Eigen::Index k = 0; k < v.size(); ++k) {
-      v[k] = 0.1 * random.uniform(0.2, 1) * effect.parameters[static_cast<std::size_t>(k)].usual_max;
+      v[k] =
+          0.1 * random.uniform(0.2, 1) * effect.parameters[static_cast<std::size_t>(k)].usual_max;
     }
     model.effects.push_back({&effect, v});
   }
@@ -133,7 +138,8 @@ TEST_CASE("the derivative by every free parameter is the finite difference of th
         (predict(moved(model, parameters, step), second.conditions).pose.vector() -
          predict(moved(model, parameters, -step), second.conditions).pose.vector()) /
         (2 * h);
-    // effects are taken at the pose of the geometry alone and the frame turns the derivative: second order
+    // effects are taken at the pose of the geometry alone and the frame turns the derivative:
+    // second order
     CHECK((slope - J.col(j)).norm() < 5e-3 * J.col(j).norm() + 1e-7);
   }
 }
