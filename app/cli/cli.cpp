@@ -94,6 +94,14 @@ ErrorText usage_text(const CLI::App& app, const CLI::ParseError& error,
   for (const CLI::App* up = at; up != nullptr; up = up->get_parent()) {
     name = up->get_name() + (name.empty() ? "" : " " + name);
   }
+  const auto subs = at->get_subcommands([](const CLI::App*) { return true; });
+  if (!subs.empty()) {
+    std::vector<std::string> names;
+    for (const CLI::App* sub : subs) names.push_back(sub->get_name());
+    return {.what = name + " needs a command",
+            .expected = "one of " + joined(names, ", "),
+            .hint = "see " + name + " --help"};
+  }
   return {.what = error.what(), .hint = "see " + name + " --help"};
 }
 

@@ -64,6 +64,18 @@ std::string printable(std::string_view text) {
   return out;
 }
 
+std::string shell_word(std::string_view text) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:@%+=,";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string_view::npos) {
+    return std::string(text);
+  }
+  std::string quoted = "'";
+  for (const char c : printable(text))
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
 CLI::App& noun(CLI::App& app, const std::string& name, const std::string& description) {
   const auto same = [&name](CLI::App* sub) { return sub->get_name() == name; };
   if (const auto known = app.get_subcommands(same); !known.empty()) return *known.front();

@@ -46,6 +46,9 @@ std::string bold(std::string_view text);
 /// Text from a file or a device, safe on a terminal: control characters become '?'.
 std::string printable(std::string_view text);
 
+/// `text` as one word of a shell: quoted when it must be.
+std::string shell_word(std::string_view text);
+
 /// The noun `name` ("campaign"), made on first use, so that several files can add verbs to it.
 CLI::App& noun(CLI::App& app, const std::string& name, const std::string& description);
 
