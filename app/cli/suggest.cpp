@@ -97,7 +97,9 @@ std::optional<Unknown> first_unknown(const CLI::App& app, const std::vector<std:
     const std::vector<std::string> names = command_names(*at);
     if (names.empty()) continue;  // a value of the command
     if (std::find(names.begin(), names.end(), words[k]) == names.end()) {
-      return Unknown{words[k], false, full_name(*at), nearest(words[k], names), names};
+      std::vector<std::string> near = nearest(words[k], names);
+      if (near.empty()) near = nearest(words[k], option_names(*at));
+      return Unknown{words[k], false, full_name(*at), near, names};
     }
     at = at->get_subcommand(words[k]);
   }
