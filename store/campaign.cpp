@@ -123,13 +123,15 @@ Sha256 stored_content(Connection& connection, Id campaign_id) {
 }
 
 void import_readings(Connection& connection, Id campaign_id, const Campaign& campaign,
-                     const std::map<int, std::string>& extra_json) {
+                     const std::map<int, std::string>& extra_json,
+                     const std::string& settings_json) {
   const Id session =
       create_session(connection, {.campaign_id = campaign_id,
                                   .name = kImport,
                                   .n_imported = static_cast<int>(campaign.readings.size()),
                                   .stage = kImport,
-                                  .tracker = kImport});
+                                  .tracker = kImport,
+                                  .settings_json = settings_json});
   std::set<int> epochs;
   for (const Reading& reading : campaign.readings) epochs.insert(reading.conditions.epoch);
   for (const int number : epochs) add_epoch(connection, session, number, kImport);
@@ -207,7 +209,8 @@ CampaignRow require_campaign(Connection& connection, std::string_view name) {
 }
 
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
-                             const std::map<int, std::string>& extra_json) {
+                             const std::map<int, std::string>& extra_json,
+                             const std::string& settings_json) {
   Transaction transaction(connection);
   if (const auto there = find_campaign(connection, campaign.name)) {
     if (stored_content(connection, there->id) == content(campaign, extra_json)) {
@@ -215,7 +218,7 @@ ImportResult import_campaign(Connection& connection, const Campaign& campaign,
     }
   }
   const Id id = add_campaign(connection, campaign, true);
-  import_readings(connection, id, campaign, extra_json);
+  import_readings(connection, id, campaign, extra_json, settings_json);
   transaction.commit();
   return {.campaign_id = id, .already_stored = false};
 }

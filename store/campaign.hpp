@@ -37,11 +37,13 @@ struct ImportResult {
 };
 
 /// Stores an exchanged campaign with all its readings as one session "import", in one transaction.
-/// `extra_json` keeps the reading's columns of other programs ({"x_…": "text"}) by seq.
+/// `extra_json` keeps the reading's columns of other programs ({"x_…": "text"}) by seq;
+/// `settings_json` goes into the session, for what an export wants back (the columns' order).
 /// @throws InputError  the name is taken by a campaign with other content; a number out of bounds
 ///                     (import_test.cpp)
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
-                             const std::map<int, std::string>& extra_json = {});
+                             const std::map<int, std::string>& extra_json = {},
+                             const std::string& settings_json = "{}");
 
 struct LoadOptions {
   std::vector<Id> sessions = {};  // empty: all

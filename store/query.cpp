@@ -1,0 +1,84 @@
+#include "store/query.hpp"
+
+#include <sqlite3.h>
+
+#include "store/digest.hpp"
+
+namespace trammel::store {
+
+namespace {
+
+// Steps of SQLite's machine between two looks at the clock: some 0.1 ms.
+constexpr int kStepsPerLook = 10'000;
+constexpr int kLongestValueBytes = 64 * 1024 * 1024;
+
+int time_is_over(void* deadline) {
+  using Clock = std::chrono::steady_clock;
+  return Clock::now() > *static_cast<const Clock::time_point*>(deadline) ? 1 : 0;
+}
+
+// What follows the first statement is only white space and comments when SQLite prepares nothing.
+bool is_one_statement(Connection& connection, const std::string& sql) {
+  sqlite3_stmt* statement = nullptr;
+  const char* rest = sql.c_str();
+  int n = 0;
+  while (*rest != '\0') {
+    if (sqlite3_prepare_v2(connection.handle(), rest, -1, &statement, &rest) != SQLITE_OK) {
+      throw InputError({.what = "this is not a question to the database",
+                        .where = {.field = "SQL"},
+                        .got = sqlite3_errmsg(connection.handle()),
+                        .expected = "one SELECT",
+                        .hint = "tables and views: store/README.md"});
+    }
+    if (statement != nullptr) ++n;
+    sqlite3_finalize(statement);
+  }
+  return n == 1;
+}
+
+}  // namespace
+
+Query::Query(Connection& connection, const std::string& sql, std::chrono::milliseconds limit)
+    : connection_(connection), deadline_(std::chrono::steady_clock::now() + limit) {
+  TRAMMEL_ASSERT(connection.access() == Access::read_only);
+  sqlite3_limit(connection.handle(), SQLITE_LIMIT_LENGTH, kLongestValueBytes);
+  if (is_one_statement(connection, sql)) statement_.emplace(connection, sql);
+  if (!statement_ || sqlite3_stmt_readonly(statement_->handle()) == 0 ||
+      statement_->columns() == 0) {
+    throw InputError({.what = "this is not a question to the database",
+                      .where = {.field = "SQL"},
+                      .expected = "one SELECT"});
+  }
+  for (int column = 0; column < statement_->columns(); ++column) {
+    columns_.emplace_back(sqlite3_column_name(statement_->handle(), column));
+  }
+  sqlite3_progress_handler(connection.handle(), kStepsPerLook, time_is_over, &deadline_);
+}
+
+Query::~Query() { sqlite3_progress_handler(connection_.handle(), 0, nullptr, nullptr); }
+
+std::optional<std::vector<Cell>> Query::next() {
+  if (!statement_->step()) return std::nullopt;
+  std::vector<Cell> row;
+  for (int column = 0; column < statement_->columns(); ++column) {
+    switch (sqlite3_column_type(statement_->handle(), column)) {
+      case SQLITE_INTEGER:
+        row.emplace_back(statement_->integer(column));
+        break;
+      case SQLITE_FLOAT:
+        row.emplace_back(statement_->real(column));
+        break;
+      case SQLITE_TEXT:
+        row.emplace_back(statement_->text(column));
+        break;
+      case SQLITE_BLOB:
+        row.emplace_back(hex(statement_->blob(column)));
+        break;
+      default:
+        row.emplace_back(nullptr);
+    }
+  }
+  return row;
+}
+
+}  // namespace trammel::store

@@ -1,0 +1,35 @@
+#pragma once
+// A person's own question: one SELECT, read only, within a time.
+
+#include <chrono>
+#include <variant>
+#include <vector>
+
+#include "store/statement.hpp"
+
+namespace trammel::store {
+
+using Cell = std::variant<std::nullptr_t, std::int64_t, double, std::string>;  // a blob as hex
+
+/// Steps through the answer of one statement. The connection must be read-only and is given back
+/// when the query goes.
+class Query {
+ public:
+  /// @throws InputError  not one statement that only reads; what SQLite says of it otherwise
+  Query(Connection& connection, const std::string& sql, std::chrono::milliseconds limit);
+  ~Query();
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+
+  [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
+  /// The next row, or none. @throws StoreError  the time is over
+  [[nodiscard]] std::optional<std::vector<Cell>> next();
+
+ private:
+  Connection& connection_;
+  std::chrono::steady_clock::time_point deadline_;
+  std::optional<Statement> statement_;
+  std::vector<std::string> columns_;
+};
+
+}  // namespace trammel::store

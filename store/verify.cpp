@@ -1,0 +1,132 @@
+#include "store/verify.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "store/reading.hpp"
+#include "store/seal.hpp"
+
+namespace trammel::store {
+
+namespace {
+
+constexpr std::size_t kMostFindings = 100;
+
+// A damaged page ends a walk with an exception: it is a finding like any other.
+template <class Walk>
+void guarded(CheckReport& report, const std::string& what, Walk walk) {
+  try {
+    walk();
+  } catch (const StoreError& error) {
+    report.findings.push_back(what + ": " + error.text().what + ", " + error.text().got);
+  }
+}
+
+void integrity(Connection& connection, CheckReport& report) {
+  Statement rows(connection, "PRAGMA integrity_check");
+  while (rows.step()) {
+    if (rows.text(0) != "ok") report.findings.push_back("SQLite: " + rows.text(0));
+  }
+}
+
+void foreign_keys(Connection& connection, CheckReport& report) {
+  Statement rows(connection, "PRAGMA foreign_key_check");
+  while (rows.step()) {
+    report.findings.push_back(rows.text(0) + " row " + rows.text(1) + ": names a row of " +
+                              rows.text(2) + " that is not there");
+  }
+}
+
+// Walks the table itself: through an index SQLite would read the index's copy of seq.
+void chain(Connection& connection, CheckReport& report) {
+  struct End {
+    Sha256 head{};
+    std::int64_t seq = 0;
+  };
+  std::map<Id, End> ends;
+  Statement rows(connection, std::string("SELECT ") + kReadingColumns +
+                                 " FROM reading NOT INDEXED ORDER BY reading_id");
+  while (rows.step()) {
+    ++report.n_readings;
+    End& end = ends[rows.integer(1)];
+    const Sha256 expected = chained(end.head, rows);
+    const Bytes stored = rows.blob(rows.columns() - 1);
+    const std::string name =
+        "reading " + rows.text(0) + " (campaign " + rows.text(1) + ", seq " + rows.text(2) + ")";
+    if (!std::ranges::equal(stored, expected)) {
+      report.findings.push_back(name + ": this row, or the one before it, is not what was stored");
+    }
+    if (rows.integer(2) <= end.seq) report.findings.push_back(name + ": out of order");
+    // On with what is stored: then one changed row is named, and not all that follow.
+    if (stored.size() == end.head.size()) std::ranges::copy(stored, end.head.begin());
+    end.seq = rows.integer(2);
+  }
+}
+
+void seals(Connection& connection, const Sealed& sealed, CheckReport& report) {
+  const std::string open = sealed.table == "attempt" ? " WHERE status <> 'open'" : "";
+  Statement ids(connection, "SELECT " + sealed.id + " FROM " + sealed.table + open);
+  Statement stored(connection, "SELECT sha256 FROM seal WHERE table_name = ? AND row_id = ?");
+  while (ids.step()) {
+    ++report.n_sealed;
+    const Id id = ids.integer(0);
+    const std::string name = sealed.table + " " + std::to_string(id);
+    stored << sealed.table << id;
+    if (!stored.step()) {
+      report.findings.push_back(name + ": has no seal");
+    } else if (!std::ranges::equal(stored.blob(0), seal_of(connection, sealed, id))) {
+      report.findings.push_back(name +
+                                ": this row, or one that belongs to it, is not what was "
+                                "stored");
+    }
+    stored.reset();
+  }
+  Statement lost(connection,
+                 "SELECT row_id FROM seal WHERE table_name = ? AND row_id NOT IN (SELECT " +
+                     sealed.id + " FROM " + sealed.table + ")");
+  lost << sealed.table;
+  while (lost.step()) {
+    report.findings.push_back(sealed.table + " " + lost.text(0) + ": sealed, and not there");
+  }
+}
+
+// The end of a chain can be cut off without breaking it: the counts tell.
+void counts(Connection& connection, CheckReport& report) {
+  Statement rows(
+      connection,
+      "SELECT 'attempt', attempt_id, n_readings, (SELECT count(*) FROM reading WHERE "
+      "reading.attempt_id = attempt.attempt_id) AS n FROM attempt WHERE n <> n_readings "
+      "UNION ALL SELECT 'session', session_id, n_imported, (SELECT count(*) FROM reading "
+      "WHERE reading.session_id = session.session_id AND attempt_id IS NULL) AS n FROM "
+      "session WHERE n <> n_imported");
+  while (rows.step()) {
+    report.findings.push_back(rows.text(0) + " " + rows.text(1) + ": stored " + rows.text(2) +
+                              " readings, there are " + rows.text(3));
+  }
+}
+
+}  // namespace
+
+CheckReport check(Connection& connection) {
+  CheckReport report;
+  guarded(report, "the file", [&] { integrity(connection, report); });
+  guarded(report, "foreign keys", [&] { foreign_keys(connection, report); });
+  return report;
+}
+
+CheckReport verify(Connection& connection) {
+  CheckReport report = check(connection);
+  guarded(report, "readings", [&] { chain(connection, report); });
+  for (const Sealed& sealed : sealed_tables()) {
+    guarded(report, sealed.table, [&] { seals(connection, sealed, report); });
+  }
+  guarded(report, "counts", [&] { counts(connection, report); });
+  if (report.findings.size() > kMostFindings) {
+    const auto more = report.findings.size() - kMostFindings;
+    report.findings.resize(kMostFindings);
+    report.findings.push_back("and " + std::to_string(more) + " more");
+  }
+  return report;
+}
+
+}  // namespace trammel::store

@@ -1,0 +1,145 @@
+#include "store/verify.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include "store/job.hpp"
+#include "store/model.hpp"
+#include "tests/store/fixtures.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+using namespace trammel::store;
+using trammel::test::TempFolder;
+
+namespace {
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+// A database with rows of every kind, in one file without a log.
+std::string whole_database(const TempFolder& folder) {
+  Connection db = store::open(folder.file("lab.db"), Access::create);
+  const Id campaign = import_campaign(db, test::small_campaign(), {{2, "{}"}}).campaign_id;
+  const Id session = test::measured_session(db, campaign, "baseline", 3);
+  add_event(db, session, "done");
+  exclude_reading(db, campaign, 2, "bumped");
+  NewJob job{.campaign_id = campaign, .key = {std::string(64, 'a'), {}}, .stage = "lsq"};
+  job.points = {{.seq = 1}};
+  add_model(db, {.campaign_id = campaign, .name = "nominal", .job_id = add_job(db, job)});
+  CHECK(verify(db).findings.empty());
+  Connection(folder.file("lab.db"), Access::write)
+      .execute("VACUUM INTO '" + folder.file("copy.db").string() + "'");
+  return bytes_of(folder.file("copy.db"));
+}
+
+// What verify says of a file, or why it can not be opened.
+std::vector<std::string> verdict(const std::filesystem::path& file) {
+  try {
+    Connection db = store::open(file, Access::read_only);
+    return verify(db).findings;
+  } catch (const Error& error) {
+    return {error.what()};
+  }
+}
+
+// Changes through SQL what no guard allows: the guards are taken away and put back.
+void tamper(const std::filesystem::path& file, const std::string& table, const std::string& sql) {
+  Connection db(file, Access::write);
+  std::vector<std::string> guards;
+  {
+    Statement rows(db,
+                   "SELECT sql, name FROM sqlite_schema WHERE type = 'trigger' AND tbl_name = ?");
+    rows << table;
+    std::vector<std::string> names;
+    while (rows.step()) {
+      guards.push_back(rows.text(0));
+      names.push_back(rows.text(1));
+    }
+    rows.reset();
+    for (const std::string& name : names) db.execute("DROP TRIGGER " + name);
+  }
+  db.execute("PRAGMA foreign_keys = OFF");
+  db.execute(sql);
+  for (const std::string& guard : guards) db.execute(guard);
+}
+
+}  // namespace
+
+TEST_CASE("every single changed byte of a stored reading is found, and an untouched file verifies",
+          "[store]") {
+  const TempFolder folder;
+  const std::string whole = whole_database(folder);
+  const auto file = folder.file("changed.db");
+  write(file, whole);
+  REQUIRE(verdict(file).empty());  // the control
+
+  // SQLite fills a page from its end: the reading whose reply stands last in the file has other
+  // readings on both sides. Some 90 bytes of header and numbers come before the reply, the digest
+  // after it.
+  const std::size_t reply = whole.rfind("AP 1 2 3");
+  REQUIRE(reply != std::string::npos);
+  for (std::size_t at = reply - 90; at < reply + 8 + 32; ++at) {
+    std::string changed = whole;
+    changed[at] = static_cast<char>(changed[at] ^ 1);
+    write(file, changed);
+    INFO("byte " << at << ", reply at " << reply);
+    CHECK_FALSE(verdict(file).empty());
+  }
+}
+
+TEST_CASE("verify names the reading that was changed", "[store]") {
+  const TempFolder folder;
+  whole_database(folder);
+  const auto file = folder.file("copy.db");
+  tamper(file, "reading", "UPDATE reading SET x_mm = x_mm + 1e-9 WHERE seq = 4");
+  const auto findings = verdict(file);
+  REQUIRE(findings.size() == 1);
+  CHECK_THAT(findings[0], Contains("seq 4"));
+}
+
+TEST_CASE("verify finds rows that were changed, taken away or slipped in", "[store]") {
+  const TempFolder folder;
+  whole_database(folder);
+  const auto file = folder.file("copy.db");
+  struct Case {
+    std::string table, sql, named;
+  };
+  const std::vector<Case> cases = {
+      {"campaign", "UPDATE campaign SET kind = 'simulated'", "campaign 1"},
+      {"campaign_chain", "UPDATE campaign_chain SET rail_R_mm = 734 WHERE chain = 2", "campaign 1"},
+      {"campaign_fact", "DELETE FROM campaign_fact WHERE key = 'operator'", "campaign 1"},
+      {"session", "UPDATE session SET compensation_job_id = 1 WHERE session_id = 2", "session 2"},
+      {"point", "UPDATE point SET target_x_mm = 0 WHERE seq = 1", "session 2"},
+      {"epoch", "UPDATE epoch SET reason = '' WHERE epoch_id = 2", "epoch 2"},
+      {"attempt", "UPDATE attempt SET detail = 'x' WHERE attempt_id = 1", "attempt 1"},
+      {"reading", "DELETE FROM reading WHERE seq = 9", "attempt 3"},  // the last one
+      {"reading", "DELETE FROM reading WHERE seq = 3", "seq 4"},
+      {"exclusion", "DELETE FROM exclusion", "exclusion 1"},
+      {"exclusion", "UPDATE exclusion SET reason = 'y'", "exclusion 1"},
+      {"job", "UPDATE job SET result_json = '[]'", "job 1"},
+      {"job_point", "UPDATE job_point SET after_x_mm = 0.5", "job 1"},
+      {"model", "UPDATE model SET name = 'better'", "model 1"},
+      {"session_event", "DELETE FROM session_event", "session_event 1"},
+      {"seal", "DELETE FROM seal WHERE table_name = 'model'", "model 1"},
+  };
+  const std::string whole = bytes_of(file);
+  for (const Case& c : cases) {
+    INFO(c.sql);
+    write(file, whole);
+    tamper(file, c.table, c.sql);
+    const auto findings = verdict(file);
+    REQUIRE_FALSE(findings.empty());
+    std::string all;
+    for (const std::string& finding : findings) all += finding + "\n";
+    CHECK_THAT(all, Contains(c.named));
+    std::filesystem::remove(file.string() + "-wal");
+    std::filesystem::remove(file.string() + "-shm");
+  }
+}
