@@ -1,0 +1,197 @@
+#include "app/job/run.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+
+#include "core/assess/deviation.hpp"
+#include "core/assess/summary.hpp"
+#include "core/units.hpp"
+#include "store/session.hpp"
+
+namespace trammel::job {
+
+namespace {
+
+struct Inputs {
+  const Stage* stage = nullptr;
+  Json parameters;
+  store::CampaignRow row;
+  store::LoadedCampaign loaded;
+  store::JobKey key;
+};
+
+std::vector<store::Id> chosen_sessions(store::Connection& connection, store::Id campaign_id,
+                                       const std::vector<std::string>& names) {
+  std::vector<store::Id> ids;
+  std::string known;
+  const auto sessions = store::list_sessions(connection, campaign_id);
+  for (const store::SessionRow& s : sessions) {
+    known += (known.empty() ? "" : ", ") + s.name;
+    if (names.empty() && !s.compensation_job) ids.push_back(s.id);
+  }
+  for (const std::string& name : names) {
+    const auto at = std::find_if(sessions.begin(), sessions.end(),
+                                 [&](const store::SessionRow& s) { return s.name == name; });
+    if (at == sessions.end()) {
+      throw NotFoundError({.what = "the campaign has no such session",
+                           .got = name,
+                           .expected = known.empty() ? "none is stored" : known});
+    }
+    ids.push_back(at->id);
+  }
+  if (ids.empty()) {
+    throw InputError({.what = "the campaign has no baseline session to calibrate from",
+                      .got = known.empty() ? "no session" : "sessions " + known,
+                      .expected = "a session measured without compensation",
+                      .hint = "measure one, or name sessions with --session"});
+  }
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
+}
+
+Inputs load(store::Connection& connection, const Request& request) {
+  Inputs in;
+  in.stage = &find_stage(request.stage);
+  in.parameters = in.stage->complete(request.parameters);
+  in.row = store::require_campaign(connection, request.campaign);
+  in.loaded =
+      store::load_campaign(connection, in.row.id,
+                           {.sessions = chosen_sessions(connection, in.row.id, request.sessions)});
+  std::vector<int> excluded;
+  for (const store::Exclusion& e : in.loaded.exclusions) excluded.push_back(e.seq);
+  in.key = store::job_key({.stage = in.stage->name,
+                           .algorithm_version = in.stage->algorithm_version,
+                           .parameters_json = in.parameters.dump(),
+                           .campaign = in.loaded.campaign,
+                           .excluded_seqs = excluded});
+  return in;
+}
+
+Pose difference(const Pose& a, const Pose& b) { return Pose::from(pose_difference(a, b)); }
+
+/// Every measured reading the correction can be judged on, with its error before and after.
+std::vector<store::JobPoint> judge(const Campaign& campaign, const Correction& correction) {
+  std::vector<store::JobPoint> points;
+  for (const Reading& r : campaign.readings) {
+    if (!r.measured) continue;
+    const ForwardResult after = predicted_after(correction, campaign.mechanism, r);
+    if (!after.ok()) {
+      throw InputError({.what = "the corrected robot cannot reach a target of the campaign",
+                        .where = {.point = "seq " + std::to_string(r.seq)}});
+    }
+    points.push_back({.seq = r.seq,
+                      .in_sample = r.set == ReadingSet::identify,
+                      .before = difference(*r.measured, r.target),
+                      .after = difference(after.pose, r.target)});
+  }
+  return points;
+}
+
+store::Summary stored(const Summary& s) {
+  return {.mean = s.mean, .max = s.max, .min = s.min, .p95 = s.p95, .n = static_cast<int>(s.n)};
+}
+
+std::vector<store::Statistic> statistics(const std::vector<store::JobPoint>& points) {
+  std::vector<store::Statistic> all;
+  for (const bool in_sample : {true, false}) {
+    std::vector<double> position[2], attitude[2];
+    for (const store::JobPoint& p : points) {
+      if (p.in_sample != in_sample) continue;
+      for (const int after : {0, 1}) {
+        const Pose& error = after == 0 ? p.before : p.after;
+        position[after].push_back(position_error_mm(error, {}));
+        attitude[after].push_back(deg_from_rad(attitude_error_rad(error, {})));
+      }
+    }
+    if (position[0].empty()) continue;
+    const std::string set = in_sample ? "identify" : "validate";
+    all.push_back({set, "position_mm", in_sample, stored(summarise(position[0])),
+                   stored(summarise(position[1]))});
+    all.push_back({set, "attitude_deg", in_sample, stored(summarise(attitude[0])),
+                   stored(summarise(attitude[1]))});
+  }
+  return all;
+}
+
+store::NewJob computed(const Inputs& in) {
+  const auto start = std::chrono::steady_clock::now();
+  StageResult result = in.stage->run(in.loaded.campaign, in.parameters);
+  store::NewJob job;
+  job.campaign_id = in.row.id;
+  job.key = in.key;
+  job.stage = in.stage->name;
+  job.algorithm_version = in.stage->algorithm_version;
+  job.parameters_json = in.parameters.dump();
+  job.n_readings = static_cast<int>(in.loaded.campaign.readings.size());
+  job.sessions = in.loaded.sessions;
+  for (const store::Exclusion& e : in.loaded.exclusions) job.exclusions.push_back(e.id);
+  job.points = judge(in.loaded.campaign, result.correction);
+  job.statistics = statistics(job.points);
+  const Json stored_result = {{"correction", correction_json(result.correction)},
+                              {"details", std::move(result.details)},
+                              {"words", std::move(result.words)},
+                              {"after", "predicted"}};
+  job.result_json = stored_result.dump();
+  job.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return job;
+}
+
+}  // namespace
+
+store::NewJob compute(store::Connection& connection, const Request& request) {
+  return computed(load(connection, request));
+}
+
+Outcome run(store::Connection& connection, const Request& request) {
+  const Inputs in = load(connection, request);
+  if (!request.force) {
+    if (auto known = store::find_job(connection, in.key.key)) return {*std::move(known), true};
+  }
+  const store::NewJob job = computed(in);
+  if (load(connection, request).key.key != in.key.key) {
+    throw StoreError({.what = "the readings changed while they were calibrated",
+                      .where = {.field = in.row.name},
+                      .hint = "run the calibration again when nothing writes to the campaign"});
+  }
+  return {store::get_job(connection, store::add_job(connection, job)), false};
+}
+
+Correction correction_of(store::Connection& connection, store::Id job_id) {
+  return correction_of(store::get_job(connection, job_id).data.result_json);
+}
+
+Request request_of(store::Connection& connection, const store::Job& job) {
+  Request request{.campaign = {},
+                  .stage = job.data.stage,
+                  .parameters = Json::parse(job.data.parameters_json),
+                  .sessions = {}};
+  for (const store::CampaignRow& c : store::list_campaigns(connection)) {
+    if (c.id == job.data.campaign_id) request.campaign = c.uuid;
+  }
+  for (const store::Id id : job.data.sessions) {
+    request.sessions.push_back(store::get_session(connection, id).name);
+  }
+  return request;
+}
+
+store::Job find(store::Connection& connection, const std::string& text) {
+  std::vector<store::Id> found;
+  store::Id id = 0;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), id);
+  const bool whole = parsed.ec == std::errc{} && parsed.ptr == text.data() + text.size();
+  for (const store::JobRow& row : store::list_jobs(connection)) {
+    if (whole && row.id == id) return store::get_job(connection, row.id);
+    if (text.size() >= 6 && row.key.starts_with(text)) found.push_back(row.id);
+  }
+  if (found.empty()) {
+    throw NotFoundError({.what = "no such job",
+                         .got = text,
+                         .expected = "a job's number, or six or more digits of its key",
+                         .hint = "trammel job list"});
+  }
+  return store::get_job(connection, found.back());
+}
+
+}  // namespace trammel::job

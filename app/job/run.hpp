@@ -1,0 +1,47 @@
+#pragma once
+// A calibration as a job: read, compute, store, or reuse what is stored.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/job/stages.hpp"
+#include "store/campaign.hpp"
+#include "store/job.hpp"
+
+namespace trammel::job {
+
+struct Request {
+  std::string campaign;  // name or uuid
+  std::string stage;
+  Json parameters = Json::object();   // those that differ from the stage's defaults
+  std::vector<std::string> sessions;  // empty: every session without compensation (the baseline)
+  bool force = false;                 // compute and store again although the key is known
+};
+
+struct Outcome {
+  store::Job job;
+  bool reused = false;
+};
+
+/// Runs a stage on stored readings (excluded ones left out) and stores the job; or returns the
+/// stored job of the same key. The inputs are hashed before and after: a difference fails the job.
+/// Per reading, measured minus target before, and the pose error predicted after (predicted_after);
+/// statistics position_mm and attitude_deg of each set, in-sample for the rows that were fitted.
+/// Throws NotFoundError (campaign, session, stage), InputError (parameters, readings), StoreError.
+Outcome run(store::Connection& connection, const Request& request);
+
+/// What `run` would store, without storing it.
+store::NewJob compute(store::Connection& connection, const Request& request);
+
+/// The correction that a stored job found.
+Correction correction_of(store::Connection& connection, store::Id job_id);
+
+/// The request that gives this job again: same stage, parameters, and sessions by name.
+Request request_of(store::Connection& connection, const store::Job& job);
+
+/// The job of this number, or the newest whose key begins with these six or more digits.
+/// Throws NotFoundError.
+store::Job find(store::Connection& connection, const std::string& text);
+
+}  // namespace trammel::job

@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+
+#include "app/job/stages.hpp"
+#include "core/assess/deviation.hpp"
+
+namespace trammel::job {
+
+namespace {
+
+Json complete_idw(const Json& given) {
+  const JsonFile file = parse_json(given.dump(), "parameters of idw");
+  Fields f(file);
+  const Json all = {{"power", f.number("power", 2.0)}, {"neighbours", f.integer("neighbours", 0)}};
+  f.done();
+  return all;
+}
+
+Json complete_rbf(const Json& given) {
+  const JsonFile file = parse_json(given.dump(), "parameters of rbf");
+  Fields f(file);
+  const Json all = {{"neurons", f.integer("neurons", 50)},
+                    {"seed", f.integer("seed", 1)},
+                    {"relative_ridge", f.number("relative_ridge", 1e-8)},
+                    {"sigma_mm", f.number("sigma_mm", 0.0)}};
+  f.done();
+  if (all["seed"].get<int>() < 0) f.refuse("seed", "a seed is not negative", "0, 1, 2, …");
+  return all;
+}
+
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+/// MAE, MSE over all three joints, and both R^2 per joint, of a map on the samples it learned.
+Json training_scores(const JointMap& map, const std::vector<JointSample>& samples) {
+  std::vector<double> all_p, all_m;
+  Json joints = Json::array();
+  for (int i = 0; i < kChains; ++i) {
+    std::vector<double> predicted, measured;
+    for (const JointSample& s : samples) {
+      predicted.push_back(joint_error_at(map, {s.x_mm, s.y_mm})[i]);
+      measured.push_back(s.error_mm[i]);
+    }
+    const FitScores scores = fit_scores(predicted, measured);
+    joints.push_back({{"joint", i + 1},
+                      {"mae_mm", scores.mae},
+                      {"mse_mm2", scores.mse},
+                      {"r2_pearson", optional_json(scores.r2_pearson)},
+                      {"r2", optional_json(scores.r2)}});
+    all_p.insert(all_p.end(), predicted.begin(), predicted.end());
+    all_m.insert(all_m.end(), measured.begin(), measured.end());
+  }
+  const FitScores all = fit_scores(all_p, all_m);
+  return {{"in_sample", true},           {"mae_mm", all.mae},
+          {"mse_mm2", all.mse},          {"r2_pearson", optional_json(all.r2_pearson)},
+          {"r2", optional_json(all.r2)}, {"joints", joints}};
+}
+
+StageResult run_idw(const Campaign& campaign, const Json& p) {
+  const auto samples = joint_samples(campaign.mechanism, identify_rows(campaign));
+  const IdwMap map = fit_idw(
+      samples, {.power = p["power"].get<double>(), .neighbours = p["neighbours"].get<int>()});
+  return {.correction = MapCorrection{map},
+          .details = {{"samples", samples.size()}, {"places", map.x_mm.size()}},
+          .words = {fmt::format("{} readings in {} places; in-sample errors are zero by "
+                                "construction and say nothing",
+                                samples.size(), map.x_mm.size())}};
+}
+
+StageResult run_rbf(const Campaign& campaign, const Json& p) {
+  const auto samples = joint_samples(campaign.mechanism, identify_rows(campaign));
+  const RbfTraining training =
+      train_rbf(samples, {.neurons = p["neurons"].get<int>(),
+                          .seed = p["seed"].get<std::uint64_t>(),
+                          .relative_ridge = p["relative_ridge"].get<double>(),
+                          .sigma_mm = p["sigma_mm"].get<double>()});
+  Json trials = Json::array();
+  for (const SpreadTrial& t : training.trials) {
+    trials.push_back({{"sigma_mm", t.sigma_mm}, {"loo_rms_mm", t.loo_rms_mm}});
+  }
+  const JointMap map = training.network;
+  StageResult out{.correction = MapCorrection{map},
+                  .details = {{"samples", samples.size()},
+                              {"neurons", training.network.cx_mm.size()},
+                              {"sigma_mm", training.sigma_mm},
+                              {"kmeans_iterations", training.kmeans_iterations},
+                              {"trials", trials},
+                              {"training", training_scores(map, samples)}},
+                  .words = {}};
+  out.words.push_back(fmt::format(
+      "{} neurons with the common spread {:.1f} mm{}", training.network.cx_mm.size(),
+      training.sigma_mm, training.trials.empty() ? " as given" : ", chosen by leave-one-out"));
+  if (training.at_grid_end) {
+    out.words.push_back(
+        "the best spread is at the end of the grid: the field is smoother or "
+        "rougher than the grid covers");
+  }
+  return out;
+}
+
+}  // namespace
+
+Stage idw_stage() {
+  return {.name = "idw",
+          .algorithm_version = 1,
+          .what = "inverse distance weighting of joint errors",
+          .complete = complete_idw,
+          .run = run_idw};
+}
+
+Stage rbf_stage() {
+  return {.name = "rbf",
+          .algorithm_version = 1,
+          .what = "a Gaussian network of joint errors",
+          .complete = complete_rbf,
+          .run = run_rbf};
+}
+
+}  // namespace trammel::job

@@ -1,0 +1,43 @@
+#pragma once
+// The calibrations as stages: named, versioned functions from readings and parameters to a result.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/job/correction_json.hpp"
+#include "core/measure/reading.hpp"
+
+namespace trammel::job {
+
+/// What a stage found: the correction, all figures for storing, and sentences for a person.
+struct StageResult {
+  Correction correction;
+  Json details = Json::object();
+  std::vector<std::string> words;
+};
+
+struct Stage {
+  std::string name;
+  int algorithm_version = 1;  // bump when a result changes: a test holds each version's result
+  std::string what;           // one line for the help
+  /// The parameters in full: defaults filled in, unknown or wrong ones refused (InputError).
+  Json (*complete)(const Json& given);
+  /// Fits the identify rows of `campaign`. `parameters` are complete.
+  StageResult (*run)(const Campaign& campaign, const Json& parameters);
+};
+
+/// All stages: lsq, idw, rbf.
+std::span<const Stage> stages();
+
+/// Throws NotFoundError that lists the stages there are.
+const Stage& find_stage(const std::string& name);
+
+/// The identify rows that have a measured pose. Throws InputError when there are none.
+std::vector<Reading> identify_rows(const Campaign& campaign);
+
+Stage lsq_stage();
+Stage idw_stage();
+Stage rbf_stage();
+
+}  // namespace trammel::job
