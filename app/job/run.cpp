@@ -144,6 +144,10 @@ store::NewJob compute(store::Connection& connection, const Request& request) {
   return computed(load(connection, request));
 }
 
+store::JobKey key_of(store::Connection& connection, const Request& request) {
+  return load(connection, request).key;
+}
+
 Outcome run(store::Connection& connection, const Request& request) {
   const Inputs in = load(connection, request);
   if (!request.force) {

@@ -13,10 +13,11 @@ namespace trammel::job {
 
 struct Request {
   std::string campaign;  // name or uuid
-  std::string stage;
-  Json parameters = Json::object();   // those that differ from the stage's defaults
-  std::vector<std::string> sessions;  // empty: every session without compensation (the baseline)
-  bool force = false;                 // compute and store again although the key is known
+  std::string stage = {};
+  Json parameters = Json::object();  // those that differ from the stage's defaults
+  std::vector<std::string> sessions =
+      {};              // empty: every session without compensation (the baseline)
+  bool force = false;  // compute and store again although the key is known
 };
 
 struct Outcome {
@@ -33,6 +34,9 @@ Outcome run(store::Connection& connection, const Request& request);
 
 /// What `run` would store, without storing it.
 store::NewJob compute(store::Connection& connection, const Request& request);
+
+/// The key `run` would store under, on the readings as they are now.
+store::JobKey key_of(store::Connection& connection, const Request& request);
 
 /// The correction that a stored job found.
 Correction correction_of(store::Connection& connection, store::Id job_id);

@@ -56,7 +56,7 @@ template <class Map>
 Eigen::Vector2d held_out_rms_um(const Map& map, const std::vector<JointSample>& held_out) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const JointSample& s : held_out) {
-    sum += (predict(map, Place{s.x_mm, s.y_mm}) - s.error_mm).head<2>().cwiseAbs2();
+    sum += (predict(map, Place{s.x_mm, s.y_mm}) - s.error_mm).template head<2>().cwiseAbs2();
   }
   return kUmPerMm * (sum / static_cast<double>(held_out.size())).cwiseSqrt();
 }

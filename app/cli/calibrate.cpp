@@ -1,0 +1,103 @@
+#include "app/cli/calibrate.hpp"
+
+#include <fmt/format.h>
+
+#include "app/job/run.hpp"
+#include "app/job/text.hpp"
+#include "store/open.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+struct Options {
+  job::Request request;
+  Json given = Json::object();
+};
+
+/// A stage's parameter as an option: what is given on the line goes into the parameters by name.
+template <class T>
+void parameter(CLI::App& command, const std::shared_ptr<Options>& options, const std::string& flag,
+               const std::string& name, const std::string& what) {
+  command.add_option_function<T>(
+      flag, [options, name](const T& value) { options->given[name] = value; }, what);
+}
+
+void choice(CLI::App& command, const std::shared_ptr<Options>& options, const std::string& flag,
+            const std::string& name, const std::string& value, const std::string& what) {
+  command.add_flag_callback(
+      flag, [options, name, value] { options->given[name] = value; }, what);
+}
+
+void lsq_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+  choice(c, o, "--complete", "parameters", "complete-21",
+         "the complete 21 parameters instead of the paper's 18");
+  choice(c, o, "--shared-epochs", "epochs", "shared",
+         "no joint zeros and frame offset of their own for later epochs");
+  choice(c, o, "--basic", "solution", "basic",
+         "leave what is not identified at zero (the paper's) instead of the least change");
+  parameter<double>(c, o, "--drop-below", "drop_below",
+                    "repeated identification: drop sources below this share of their tolerance");
+}
+
+void idw_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+  parameter<double>(c, o, "--power", "power", "weights 1 / d^power (2)");
+  parameter<int>(c, o, "--neighbours", "neighbours", "nearest samples that count (0: all)");
+}
+
+void rbf_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+  parameter<int>(c, o, "--neurons", "neurons", "at most this many (50)");
+  parameter<int>(c, o, "--seed", "seed", "of the k-means start (1)");
+  parameter<double>(c, o, "--sigma-mm", "sigma_mm", "spread of all neurons (0: leave-one-out)");
+  parameter<double>(c, o, "--relative-ridge", "relative_ridge", "of the weights (1e-8)");
+}
+
+struct StageOptions {
+  const char* stage;
+  void (*add)(CLI::App&, const std::shared_ptr<Options>&);
+};
+constexpr StageOptions kStageOptions[] = {
+    {"lsq", lsq_options}, {"idw", idw_options}, {"rbf", rbf_options}};
+
+ExitCode run_calibrate(const Options& options, Context& context) {
+  store::Connection db = store::open(context.db(), store::Access::write);
+  job::Request request = options.request;
+  request.parameters = options.given;
+  const job::Outcome outcome = job::run(db, request);
+  if (outcome.reused) {
+    context.say(
+        fmt::format("reused: job {} has the same readings, parameters and version "
+                    "(--force computes it again)",
+                    outcome.job.id));
+  }
+  if (context.json) {
+    Json fields = job::job_json(outcome.job, request.campaign);
+    fields["reused"] = outcome.reused;
+    context.print("calibrate", fields);
+  } else {
+    context.print(job::job_text(outcome.job, printable(request.campaign)));
+  }
+  context.next(fmt::format("trammel job why {}", outcome.job.id));
+  return ExitCode::ok;
+}
+
+}  // namespace
+
+void setup_calibrate(CLI::App& app, Context& context) {
+  CLI::App& calibrate = noun(app, "calibrate", "Identify a correction from a campaign's readings");
+  for (const job::Stage& stage : job::stages()) {
+    CLI::App& command = *calibrate.add_subcommand(stage.name, stage.what);
+    auto options = std::make_shared<Options>();
+    options->request.stage = stage.name;
+    command.add_option("campaign", options->request.campaign, "name or uuid")->required();
+    command.add_option("--session", options->request.sessions,
+                       "train on this session (repeatable; all baseline sessions)");
+    command.add_flag("--force", options->request.force, "compute again and store another run");
+    for (const StageOptions& own : kStageOptions) {
+      if (stage.name == own.stage) own.add(command, options);
+    }
+    on_run(command, context, options, run_calibrate);
+  }
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,95 @@
+#include "app/job/text.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "core/assess/summary.hpp"
+
+namespace trammel::job {
+
+namespace {
+
+std::optional<double> improvement(const store::Statistic& s) {
+  if (!s.before || !s.after) return std::nullopt;
+  return improvement_pct({.mean = s.before->mean}, {.mean = s.after->mean});
+}
+
+Json summary_json(const std::optional<store::Summary>& s) {
+  if (!s) return nullptr;
+  return {{"mean", s->mean}, {"max", s->max}, {"min", s->min}, {"p95", s->p95}, {"n", s->n}};
+}
+
+std::string cells(const std::optional<store::Summary>& s) {
+  if (!s) return fmt::format("{:>9}{:>9}{:>9}", "-", "-", "-");
+  return fmt::format("{:9.4f}{:9.4f}{:9.4f}", s->mean, s->p95, s->max);
+}
+
+}  // namespace
+
+Json statistics_json(const std::vector<store::Statistic>& statistics) {
+  Json all = Json::array();
+  for (const store::Statistic& s : statistics) {
+    const auto gain = improvement(s);
+    all.push_back({{"set", s.set},
+                   {"metric", s.metric},
+                   {"in_sample", s.in_sample},
+                   {"before", summary_json(s.before)},
+                   {"after", summary_json(s.after)},
+                   {"improvement_pct", gain ? Json(*gain) : Json()}});
+  }
+  return all;
+}
+
+std::string statistics_text(const std::vector<store::Statistic>& statistics) {
+  std::string text =
+      fmt::format("  {:<38}{:>5}   {:>24}   {:>24}{:>9}\n", "predicted after compensation", "n",
+                  "before: mean  p95  max", "after: mean  p95  max", "gain");
+  for (const store::Statistic& s : statistics) {
+    const auto gain = improvement(s);
+    const int n = s.before ? s.before->n : s.after ? s.after->n : 0;
+    text += fmt::format(
+        "  {:<38}{:>5}{}{}{:>9}\n",
+        fmt::format("{} {} ({})", s.set, s.metric, s.in_sample ? "in-sample" : "held-out"), n,
+        cells(s.before), cells(s.after), gain ? fmt::format("{:.1f} %", *gain) : "-");
+  }
+  return text;
+}
+
+Json job_json(const store::Job& job, const std::string& campaign) {
+  const Json result = Json::parse(job.data.result_json);
+  return {{"id", job.id},
+          {"key", job.data.key.key},
+          {"run", job.run},
+          {"campaign", campaign},
+          {"stage", job.data.stage},
+          {"algorithm_version", job.data.algorithm_version},
+          {"parameters", Json::parse(job.data.parameters_json)},
+          {"readings", job.data.n_readings},
+          {"exclusions", job.data.exclusions.size()},
+          {"after", result.value("after", "")},
+          {"statistics", statistics_json(job.data.statistics)},
+          {"words", result.value("words", Json::array())},
+          {"details", result.value("details", Json::object())},
+          {"created_utc", job.created_utc},
+          {"duration_s", job.data.duration_s},
+          {"tool_version", job.provenance.tool_version},
+          {"git_revision", job.provenance.git_revision},
+          {"compiler", job.provenance.compiler},
+          {"libraries", job.provenance.libraries},
+          {"cpu_level", job.provenance.cpu_level}};
+}
+
+std::string job_text(const store::Job& job, const std::string& campaign) {
+  const Json result = Json::parse(job.data.result_json);
+  std::string text = fmt::format("job {}: {} {} of {} readings of {}{}, key {}\n", job.id,
+                                 job.data.stage, job.data.parameters_json, job.data.n_readings,
+                                 campaign, job.run > 1 ? fmt::format(", run {}", job.run) : "",
+                                 job.data.key.key.substr(0, 12));
+  for (const Json& sentence : result.value("words", Json::array())) {
+    text += "  " + sentence.get<std::string>() + "\n";
+  }
+  return text + statistics_text(job.data.statistics);
+}
+
+}  // namespace trammel::job

@@ -1,0 +1,54 @@
+#include "app/job/correction_json.hpp"
+
+#include "core/random.hpp"
+#include "tests/core/calibrate/campaigns.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+using namespace trammel::job;
+
+namespace {
+
+std::vector<JointSample> samples() {
+  Random random(61);
+  std::vector<JointSample> all;
+  for (int k = 0; k < 30; ++k) {
+    all.push_back({random.uniform(-100, 100),
+                   random.uniform(-100, 100),
+                   {random.normal(), random.normal(), random.normal()}});
+  }
+  return all;
+}
+
+Correction there_and_back(const Correction& correction) {
+  const Json wrapped = {{"correction", correction_json(correction)}, {"words", "other fields"}};
+  return correction_of(wrapped.dump());
+}
+
+}  // namespace
+
+TEST_CASE("every kind of correction comes back from JSON with the same bits", "[job]") {
+  Random random(62);
+  const std::vector<Correction> all = {
+      NominalCorrection{}, GeometryCorrection{tests::random_geometry(random)},
+      MapCorrection{fit_idw(samples(), {.power = 2.5, .neighbours = 7})},
+      MapCorrection{train_rbf(samples()).network}};
+  const Mechanism mechanism = paper_mechanism();
+  for (const Correction& c : all) {
+    const Correction back = there_and_back(c);
+    CHECK(kind_of(back) == kind_of(c));
+    CHECK(correction_json(back).dump() == correction_json(c).dump());
+    for (int k = 0; k < 20; ++k) {
+      const Move move{.target = tests::random_pose(random)};
+      CHECK(commanded(back, mechanism, move).l_mm == commanded(c, mechanism, move).l_mm);
+    }
+  }
+}
+
+TEST_CASE("a stored correction that is cut short or of unknown kind is refused by field", "[job]") {
+  Json json = correction_json(MapCorrection{fit_idw(samples())});
+  json["map"]["e2_mm"].erase(3);
+  CHECK_THROWS_WITH(correction_of(Json{{"correction", json}}.dump()), Contains("e2_mm"));
+  CHECK_THROWS_WITH(correction_of(R"({"correction": {"kind": "magic"}})"), Contains("kind"));
+  CHECK_THROWS_WITH(correction_of(R"({"words": []})"), Contains("correction"));
+}

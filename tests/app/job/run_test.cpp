@@ -1,0 +1,124 @@
+#include "app/job/run.hpp"
+
+#include "app/job/text.hpp"
+#include "tests/app/job/campaign_fixture.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+using namespace trammel::job;
+using namespace trammel::tests;
+
+namespace {
+
+const store::Statistic& statistic(const store::Job& job, const std::string& set,
+                                  const std::string& metric) {
+  for (const store::Statistic& s : job.data.statistics) {
+    if (s.set == set && s.metric == metric) return s;
+  }
+  throw std::runtime_error("no statistic " + set + " " + metric);
+}
+
+}  // namespace
+
+TEST_CASE("each calibration stores its figures, in-sample and held-out apart", "[job]") {
+  PaperStore paper;
+  for (const std::string stage : {"lsq", "idw", "rbf"}) {
+    INFO(stage);
+    const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = stage});
+    CHECK_FALSE(outcome.reused);
+    const auto& fitted = statistic(outcome.job, "identify", "position_mm");
+    const auto& unseen = statistic(outcome.job, "validate", "position_mm");
+    CHECK(fitted.in_sample);
+    CHECK_FALSE(unseen.in_sample);
+    CHECK(fitted.before->n == 80);
+    CHECK(unseen.before->n == 48);
+    CHECK(unseen.after->mean < unseen.before->mean / 2);
+    CHECK(outcome.job.data.points.size() == 128);
+    CHECK(outcome.job.data.sessions.size() == 1);
+  }
+  const auto idw = run(paper.db, {.campaign = "paper", .stage = "idw"});
+  CHECK(statistic(idw.job, "identify", "position_mm").after->max < 1e-9);
+  CHECK(statistic(idw.job, "validate", "position_mm").after->mean > 1e-3);
+}
+
+TEST_CASE("the same readings, parameters and version reuse the job, --force adds a run", "[job]") {
+  PaperStore paper;
+  const Request request{.campaign = "paper", .stage = "rbf"};
+  const Outcome first = run(paper.db, request);
+  const Outcome again = run(paper.db, request);
+  CHECK(again.reused);
+  CHECK(again.job.id == first.job.id);
+  Request spelled = request;  // a default given in words is the same job
+  spelled.parameters = {{"neurons", 50}};
+  CHECK(run(paper.db, spelled).reused);
+  Request forced = request;
+  forced.force = true;
+  const Outcome second = run(paper.db, forced);
+  CHECK_FALSE(second.reused);
+  CHECK(second.job.run == 2);
+  CHECK(second.job.data.result_json == first.job.data.result_json);
+  Request other = request;
+  other.parameters = {{"seed", 2}};
+  CHECK_FALSE(run(paper.db, other).reused);
+}
+
+TEST_CASE("an excluded reading changes the job and is not fitted", "[job]") {
+  PaperStore paper;
+  const Request request{.campaign = "paper", .stage = "idw"};
+  const Outcome before = run(paper.db, request);
+  store::exclude_reading(paper.db, paper.campaign, 7, "bumped");
+  CHECK(key_of(paper.db, request).key != before.job.data.key.key);
+  const Outcome after = run(paper.db, request);
+  CHECK_FALSE(after.reused);
+  CHECK(after.job.data.n_readings == 127);
+  CHECK(after.job.data.exclusions.size() == 1);
+}
+
+TEST_CASE("a job can be computed again from what is stored of it, bit for bit", "[job]") {
+  PaperStore paper;
+  for (const std::string stage : {"lsq", "idw", "rbf"}) {
+    const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = stage});
+    const store::NewJob again = compute(paper.db, request_of(paper.db, outcome.job));
+    CHECK(again.key.key == outcome.job.data.key.key);
+    CHECK(store::canonical_json(again.result_json, "result") == outcome.job.data.result_json);
+    CHECK(find(paper.db, outcome.job.data.key.key.substr(0, 8)).id == outcome.job.id);
+  }
+}
+
+TEST_CASE("the stored correction commands what the computed one did", "[job]") {
+  PaperStore paper;
+  const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = "lsq"});
+  const Correction stored = correction_of(paper.db, outcome.job.id);
+  const Campaign campaign = paper_campaign();
+  const ForwardResult after = predicted_after(stored, campaign.mechanism, campaign.readings[90]);
+  const auto& point = outcome.job.data.points[90];
+  CHECK(after.pose.x_mm - campaign.readings[90].target.x_mm == point.after.x_mm);
+}
+
+TEST_CASE("lsq says its rank in words and gives no number for what it cannot know", "[job]") {
+  PaperStore paper;
+  const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = "lsq"});
+  CHECK_THAT(job_text(outcome.job, "paper"), Contains("rank 12 of 18"));
+  const Json details = job_json(outcome.job, "paper")["details"];
+  CHECK(details["rank"] == 12);
+  for (const Json& p : details["parameters"]) {
+    CHECK(p["identified"].get<bool>() == p.contains("change"));
+    CHECK(p["identified"].get<bool>() != p.contains("why"));
+  }
+}
+
+TEST_CASE("unknown campaigns, sessions, stages and parameters are refused in words", "[job]") {
+  PaperStore paper;
+  CHECK_THROWS_AS(run(paper.db, {.campaign = "none", .stage = "lsq"}), NotFoundError);
+  CHECK_THROWS_WITH(run(paper.db, {.campaign = "paper", .stage = "magic"}), Contains("lsq, idw"));
+  CHECK_THROWS_WITH(run(paper.db, {.campaign = "paper", .stage = "idw", .sessions = {"night"}}),
+                    Contains("night"));
+  CHECK_THROWS_WITH(
+      run(paper.db, {.campaign = "paper", .stage = "idw", .parameters = {{"powr", 2}}}),
+      Contains("powr"));
+  CHECK_THROWS_WITH(
+      run(paper.db, {.campaign = "paper", .stage = "idw", .parameters = {{"neighbours", 500}}}),
+      Contains("neighbours"));
+  CHECK_THROWS_AS(find(paper.db, "99"), NotFoundError);
+  CHECK(store::list_jobs(paper.db).empty());
+}
