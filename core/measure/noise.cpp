@@ -47,14 +47,14 @@ void require_positive(const TrackerSigma& sigma) {
 
 }  // namespace
 
-std::optional<RepeatNoise> repeat_noise(std::span<const Reading> readings) {
+std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings) {
   std::map<Key, std::vector<Eigen::Vector3d>> groups;
   for (const Reading& reading : readings) {
     if (reading.measured) {
       groups[key_of(reading.conditions)].push_back(reading.measured->vector());
     }
   }
-  RepeatNoise noise;
+  PooledNoise noise;
   double sum_xy = 0, sum_phi = 0;
   for (const auto& [key, poses] : groups) {
     if (poses.size() < 2) continue;
@@ -81,7 +81,7 @@ NoiseLevel noise_level(const Campaign& campaign) {
             .source = NoiseLevel::Source::tracker,
             .words = words_of(*campaign.tracker, "tracker as stated")};
   }
-  const auto repeats = repeat_noise(campaign.readings);
+  const auto repeats = pooled_noise(campaign.readings);
   if (!repeats) {
     throw InputError({.what = "nothing says how well a reading is known",
                       .where = {.field = "tracker"},

@@ -10,7 +10,7 @@
 namespace trammel {
 
 /// Sigmas pooled over groups of repeats: readings of one target, command, approach and epoch.
-struct RepeatNoise {
+struct PooledNoise {
   TrackerSigma sigma = {};
   int degrees_of_freedom = 0;  // of phi; x and y together have twice as many
   int groups = 0;
@@ -19,7 +19,7 @@ struct RepeatNoise {
 /// Pooled standard deviation of repeated readings; nothing when no pose was measured twice.
 ///   sigma^2 = sum_g sum_j (x_gj - mean_g)^2 / sum_g (n_g - 1),   x and y pooled
 /// Proof: recovers the sigma that was put in; a single repeat counts one (noise_test.cpp).
-std::optional<RepeatNoise> repeat_noise(std::span<const Reading> readings);
+std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings);
 
 /// The sigmas that weight this campaign's readings, and where they come from.
 struct NoiseLevel {

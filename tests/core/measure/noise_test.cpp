@@ -30,7 +30,7 @@ std::vector<Reading> repeats(int places, int times, double xy_mm, double phi_rad
 }  // namespace
 
 TEST_CASE("repeats tell the sigmas that were put in", "[measure]") {
-  const auto noise = repeat_noise(repeats(50, 5, 0.010, 1e-4));
+  const auto noise = pooled_noise(repeats(50, 5, 0.010, 1e-4));
   REQUIRE(noise);
   CHECK(noise->degrees_of_freedom == 200);
   CHECK(noise->groups == 50);
@@ -41,13 +41,13 @@ TEST_CASE("repeats tell the sigmas that were put in", "[measure]") {
 
 TEST_CASE("another approach, epoch or command is no repeat; one repeat counts one", "[measure]") {
   auto readings = repeats(1, 2, 0.01, 1e-4);
-  CHECK(repeat_noise(readings)->degrees_of_freedom == 1);
+  CHECK(pooled_noise(readings)->degrees_of_freedom == 1);
   readings[1].conditions.from_mm = readings[1].conditions.cmd_mm + Displacements::Constant(5);
-  CHECK_FALSE(repeat_noise(readings));
+  CHECK_FALSE(pooled_noise(readings));
   readings = repeats(1, 2, 0.01, 1e-4);
   readings[1].conditions.epoch = 2;
-  CHECK_FALSE(repeat_noise(readings));
-  CHECK_FALSE(repeat_noise(repeats(5, 1, 0.01, 1e-4)));
+  CHECK_FALSE(pooled_noise(readings));
+  CHECK_FALSE(pooled_noise(repeats(5, 1, 0.01, 1e-4)));
 }
 
 TEST_CASE("the tracker's word comes first, repeats second, and with neither it is refused",
