@@ -169,4 +169,30 @@ std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
   return checker.take();
 }
 
+std::vector<Violation> check_path(const Mechanism& mechanism,
+                                  std::span<const Displacements> waypoints,
+                                  const CheckOptions& options) {
+  Checker checker(mechanism, options);
+  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  if (!home.ok()) {
+    checker.add(0, Place::target, What::unreachable, home.chain + 1);
+    return checker.take();
+  }
+  Displacements at = home.l_mm;
+  std::optional<Pose> pose = mechanism.home;
+  int seq = 0;
+  for (const Displacements& to : waypoints) {
+    ++seq;
+    if (!to.allFinite()) {
+      checker.add(seq, Place::target, What::not_finite);
+      break;
+    }
+    checker.limits(seq, Place::target, to);
+    pose = checker.path(seq, at, to, *pose, Place::target);
+    if (!pose) break;  // nothing is known beyond
+    at = to;
+  }
+  return checker.take();
+}
+
 }  // namespace trammel

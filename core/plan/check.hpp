@@ -49,4 +49,10 @@ std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
                              const CheckOptions& options = {},
                              std::span<const Displacements> commands = {});
 
+/// The same for bare displacements, one after the other from home: limits, reach and singularity at
+/// each and on the way. seq is the number of the waypoint, from 1.
+std::vector<Violation> check_path(const Mechanism& mechanism,
+                                  std::span<const Displacements> waypoints,
+                                  const CheckOptions& options = {});
+
 }  // namespace trammel

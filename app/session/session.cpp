@@ -1,0 +1,216 @@
+#include "app/session/session.hpp"
+
+#include <algorithm>
+
+#include "app/device/open.hpp"
+#include "app/session/lock.hpp"
+#include "app/session/runner.hpp"
+#include "app/session/settings.hpp"
+#include "store/campaign.hpp"
+
+namespace trammel::session {
+
+namespace {
+
+bool same(const Mechanism& a, const Mechanism& b) {
+  return to_vector(a.geometry) == to_vector(b.geometry) && a.screw_lead_mm == b.screw_lead_mm &&
+         a.home == b.home && a.limits.l_min_mm == b.limits.l_min_mm &&
+         a.limits.l_max_mm == b.limits.l_max_mm;
+}
+
+Correction correction_of(store::Connection& connection, const std::optional<store::Id>& job,
+                         const Surroundings& surroundings) {
+  if (!job) return NominalCorrection{};
+  TRAMMEL_ASSERT(surroundings.correction_of);
+  return surroundings.correction_of(connection, *job);
+}
+
+/// The campaign, made when it is not there. Its mechanism is that of the devices.
+store::CampaignRow campaign_for(store::Connection& connection, const Request& request,
+                                const device::Devices& devices) {
+  if (const auto row = store::find_campaign(connection, request.campaign)) {
+    // No session's readings are asked for: the mechanism alone.
+    const auto loaded = store::load_campaign(connection, row->id);
+    if (!same(loaded.campaign.mechanism, devices.mechanism)) {
+      throw InputError({.what = "the campaign is of another mechanism",
+                        .where = {.field = "campaign"},
+                        .got = request.campaign,
+                        .hint = "choose another campaign name"});
+    }
+    return *row;
+  }
+  Campaign campaign;
+  campaign.name = request.campaign;
+  campaign.simulated = devices.simulated;
+  campaign.mechanism = devices.mechanism;
+  campaign.tracker = devices.sigma;
+  campaign.facts = {{"stage", devices.stage->describe()},
+                    {"instrument", devices.tracker->describe()}};
+  store::add_campaign(connection, campaign);
+  return store::require_campaign(connection, request.campaign);
+}
+
+/// What a new session follows: number and time go on from the sessions before.
+Settings settings_after(const std::vector<store::SessionRow>& sessions, const Request& request,
+                        const device::Devices& devices) {
+  Settings settings{.approach_mm = request.plan.approach_mm,
+                    .identity = devices.identity,
+                    .check = request.check};
+  for (const store::SessionRow& row : sessions) {
+    if (!has_settings(row.settings_json)) continue;
+    const Settings before = read_settings(row.settings_json);
+    settings.ordinal = std::max(settings.ordinal, before.ordinal + 1);
+    settings.start_s = std::max(settings.start_s, before.end_s + request.pause_s);
+  }
+  return settings;
+}
+
+/// Nothing was homed or set up anew since the last session, which was done on these devices.
+bool as_before(const std::vector<store::SessionRow>& sessions, const device::Devices& devices) {
+  for (auto row = sessions.rbegin(); row != sessions.rend(); ++row) {
+    if (!has_settings(row->settings_json)) continue;
+    return row->last_event == "done" &&
+           read_settings(row->settings_json).identity == devices.identity;
+  }
+  return false;
+}
+
+store::NewSession new_session(const Course& course, const Request& request) {
+  store::NewSession session;
+  session.campaign_id = course.campaign.id;
+  session.name = request.session;
+  session.compensation_job = request.compensation_job;
+  session.plan_name = request.plan.name;
+  session.stage = request.stage;
+  session.tracker = request.tracker;
+  session.settings_json = settings_json(course.settings);
+  for (std::size_t k = 0; k < course.plan.points.size(); ++k) {
+    const PlannedPoint& p = course.plan.points[k];
+    session.points.push_back({.seq = p.seq,
+                              .set = p.set,
+                              .target = p.target,
+                              .approach = p.approach,
+                              .repeat = p.repeat,
+                              .reference = p.reference,
+                              .role = p.group,
+                              .planned_mm = course.planned_mm[k]});
+  }
+  return session;
+}
+
+Plan stored_plan(const store::SessionRow& row, const Settings& settings,
+                 const std::vector<store::Point>& points) {
+  Plan plan{row.plan_name, settings.approach_mm, {}};
+  for (const store::Point& p : points) {
+    plan.points.push_back({p.seq, p.target, p.set, p.approach, p.repeat, p.reference, p.role});
+  }
+  return plan;
+}
+
+/// Nominal violations name every bad target; only a clean plan has commands to look at.
+Outcome checked(const Request& request, const device::Devices& devices,
+                const Correction& correction, std::vector<Displacements>& commands) {
+  Outcome outcome;
+  outcome.n_points = static_cast<int>(request.plan.points.size());
+  outcome.violations = check(request.plan, devices.mechanism, request.check);
+  if (outcome.violations.empty()) {
+    commands = planned_commands(request.plan, devices.mechanism, correction);
+    outcome.violations = check(request.plan, devices.mechanism, request.check, commands);
+  }
+  outcome.state =
+      *next(State::planned, outcome.violations.empty() ? Event::check_passed : Event::check_failed);
+  if (!outcome.violations.empty()) outcome.detail = "the plan is not safe; nothing has moved";
+  return outcome;
+}
+
+}  // namespace
+
+ExitCode Outcome::exit_code() const {
+  if (!violations.empty()) return ExitCode::safety_stop;
+  if (state == State::faulted) {
+    return detail.starts_with("the set-up has moved") ? ExitCode::safety_stop : ExitCode::device;
+  }
+  return state == State::stopped ? ExitCode::interrupted : ExitCode::ok;
+}
+
+Outcome dry_run(store::Connection& connection, const Request& request,
+                const Surroundings& surroundings) {
+  const device::Devices devices = device::open_devices(request.stage, request.tracker);
+  std::vector<Displacements> commands;
+  return checked(request, devices,
+                 correction_of(connection, request.compensation_job, surroundings), commands);
+}
+
+Outcome run(store::Connection& connection, const Request& request,
+            const Surroundings& surroundings) {
+  if (request.session.empty()) throw UsageError({.what = "a session needs a name"});
+  device::Devices devices = device::open_devices(request.stage, request.tracker);
+  Course course;
+  course.plan = request.plan;
+  course.correction = correction_of(connection, request.compensation_job, surroundings);
+  const Outcome looked = checked(request, devices, course.correction, course.planned_mm);
+  if (!looked.violations.empty()) return looked;
+
+  course.campaign = campaign_for(connection, request, devices);
+  const CampaignLock lock(connection.file(), course.campaign.uuid);
+  const auto sessions = store::list_sessions(connection, course.campaign.id);
+  course.settings = settings_after(sessions, request, devices);
+  devices.clock->start(course.plan, course.settings.start_s);
+  course.settings.end_s = devices.clock->end_s();
+  const bool new_set_up = request.new_set_up || !as_before(sessions, devices);
+  course.session = store::get_session(
+      connection, store::create_session(connection, new_session(course, request)));
+  return Runner(connection, devices, course, surroundings).walk(false, new_set_up);
+}
+
+Outcome resume(store::Connection& connection, const std::string& campaign,
+               const std::string& session, const Surroundings& surroundings) {
+  Course course;
+  course.campaign = store::require_campaign(connection, campaign);
+  const auto row = store::find_session(connection, course.campaign.id, session);
+  if (!row) {
+    throw NotFoundError({.what = "the campaign has no such session",
+                         .where = {.field = "session"},
+                         .got = session,
+                         .hint = "see `trammel session status " + campaign + "`"});
+  }
+  if (!has_settings(row->settings_json)) {
+    throw InputError({.what = "this session was not measured by a plan and cannot be resumed",
+                      .where = {.field = "session"},
+                      .got = session});
+  }
+  course.session = *row;
+  const CampaignLock lock(connection.file(), course.campaign.uuid);
+  course.settings = read_settings(row->settings_json);
+  const auto points = store::points(connection, row->id);
+  course.plan = stored_plan(*row, course.settings, points);
+  for (const store::Point& p : points) course.planned_mm.push_back(p.planned_mm);
+  if (row->n_ok == row->n_points && row->last_event == "done") {
+    return {.state = State::done,
+            .session_id = row->id,
+            .n_points = row->n_points,
+            .n_before = row->n_ok};
+  }
+  device::Devices devices = device::open_devices(row->stage, row->tracker);
+  if (devices.identity != course.settings.identity) {
+    throw InputError({.what = "the devices are not those the session began with",
+                      .where = {.field = "stage"},
+                      .got = row->stage,
+                      .hint = "put the file back as it was, or start a new session"});
+  }
+  course.correction = correction_of(connection, row->compensation_job, surroundings);
+  devices.clock->start(course.plan, course.settings.start_s);
+  store::interrupt_open_attempts(connection, row->id, "the runner ended before it was closed");
+  return Runner(connection, devices, course, surroundings).walk(true, false);
+}
+
+Outcome run_or_resume(store::Connection& connection, const Request& request,
+                      const Surroundings& surroundings) {
+  const auto campaign = store::find_campaign(connection, request.campaign);
+  if (campaign && store::find_session(connection, campaign->id, request.session)) {
+    return resume(connection, request.campaign, request.session, surroundings);
+  }
+  return run(connection, request, surroundings);
+}
+
+}  // namespace trammel::session

@@ -1,0 +1,44 @@
+#include "app/session/state.hpp"
+
+#include <array>
+
+namespace trammel::session {
+
+namespace {
+
+using enum State;
+
+constexpr std::array<Transition, 23> kTransitions = {{
+    {planned, Event::check_passed, checked}, {planned, Event::check_failed, stopped},
+    {checked, Event::set_up, homed},         {checked, Event::stop_asked, stopped},
+    {checked, Event::failed, faulted},       {homed, Event::move_begun, moving},
+    {homed, Event::stop_asked, stopped},     {homed, Event::failed, faulted},
+    {homed, Event::counted, done},           {moving, Event::in_position, settling},
+    {moving, Event::try_again, homed},       {moving, Event::stop_asked, stopped},
+    {moving, Event::failed, faulted},        {settling, Event::settled, measuring},
+    {measuring, Event::committed, stored},   {measuring, Event::try_again, homed},
+    {measuring, Event::stop_asked, stopped}, {measuring, Event::failed, faulted},
+    {stored, Event::move_begun, moving},     {stored, Event::pause_asked, paused},
+    {stored, Event::stop_asked, stopped},    {stored, Event::counted, done},
+    {paused, Event::resumed, stored},
+}};
+
+}  // namespace
+
+std::span<const Transition> transitions() { return kTransitions; }
+
+std::optional<State> next(State from, Event event) {
+  for (const Transition& way : kTransitions) {
+    if (way.from == from && way.event == event) return way.to;
+  }
+  return std::nullopt;
+}
+
+const char* name_of(State state) {
+  constexpr std::array<const char*, 11> kNames = {"planned",  "checked",   "homed",  "moving",
+                                                  "settling", "measuring", "stored", "paused",
+                                                  "stopped",  "faulted",   "done"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+}  // namespace trammel::session
