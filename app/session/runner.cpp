@@ -153,16 +153,18 @@ bool Runner::measure_point(const PlannedPoint& point) {
         store::begin_attempt(connection_, course_.session.id, point.seq, epoch_.id);
     advance(Event::move_begun);
     const device::Occasion occasion = occasion_of(point);
-    Reading reading{.seq = 0, .set = point.set, .target = point.target};
+    Reading reading;
+    reading.set = point.set;
+    reading.target = point.target;
     store::NewReading stored;
     Failure failure = drive(point, occasion, reading);
     if (!failure.any()) {
       advance(Event::in_position);
       advance(Event::settled);
-      if (asked_to_stop(2)) failure = {device::Status::timeout, "stopped by the operator"};
+      if (!asked_to_stop(2)) failure = read(occasion, reading, stored);
     }
-    if (!failure.any()) failure = read(occasion, reading, stored);
-    if (!failure.any()) {
+    const bool stopped = !reading.measured && asked_to_stop(2);
+    if (!failure.any() && !stopped) {
       store::finish_attempt(connection_, attempt, {stored});
       advance(Event::committed);
       stood_[point.seq] = {reading.conditions.cmd_mm, reading.conditions.from_mm};
@@ -171,9 +173,11 @@ bool Runner::measure_point(const PlannedPoint& point) {
       return true;
     }
     static_cast<void>(devices_.stage->stop());  // motion first, then the record
-    const std::string what = fmt::format("{}: {}", device::name_of(failure.status), failure.detail);
+    const std::string what =
+        stopped ? "stopped by the operator"
+                : fmt::format("{}: {}", device::name_of(failure.status), failure.detail);
     store::fail_attempt(connection_, attempt, what);
-    if (asked_to_stop(2)) {
+    if (stopped) {
       advance(Event::stop_asked);
       return false;
     }
@@ -216,6 +220,16 @@ Outcome Runner::walk(bool resuming, bool new_set_up) {
   learn_stored();
   if (!set_up(resuming, new_set_up)) return outcome();
   advance(Event::set_up);
+  measure_open(resuming);
+  if (state_ == State::stopped) {
+    detail_ = "stopped by the operator";
+    store::add_event(connection_, course_.session.id, "stopped", detail_);
+  }
+  if (state_ == State::homed || state_ == State::stored) count();
+  return outcome();
+}
+
+void Runner::measure_open(bool resuming) {
   store::add_event(connection_, course_.session.id, resuming ? "resumed" : "started",
                    fmt::format("epoch {}, {} of {} points left", epoch_.number, open_.size(),
                                course_.plan.points.size()));
@@ -231,19 +245,15 @@ Outcome Runner::walk(bool resuming, bool new_set_up) {
     detail_.clear();
   }
   progress.end();
-  if (state_ == State::stopped) {
-    detail_ = "stopped by the operator";
-    store::add_event(connection_, course_.session.id, "stopped", detail_);
-  }
-  if (state_ != State::homed && state_ != State::stored) return outcome();
+}
+
+void Runner::count() {
   const store::SessionRow row = store::get_session(connection_, course_.session.id);
   if (row.n_ok != row.n_points) {
-    fail(fmt::format("{} of {} points are stored", row.n_ok, row.n_points));
-    return outcome();
+    return fail(fmt::format("{} of {} points are stored", row.n_ok, row.n_points));
   }
   advance(Event::counted);
   store::add_event(connection_, course_.session.id, "done", fmt::format("{} points", row.n_ok));
-  return outcome();
 }
 
 }  // namespace trammel::session

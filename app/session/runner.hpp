@@ -70,6 +70,8 @@ class Runner {
   [[nodiscard]] Standing start_of(const PlannedPoint& point) const;
   [[nodiscard]] device::Occasion occasion_of(const PlannedPoint& point);
   void learn_stored();
+  void measure_open(bool resuming);
+  void count();
   void fail(const std::string& detail);
   [[nodiscard]] bool asked_to_stop(int least) const;
   Outcome outcome() const;

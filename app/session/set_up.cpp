@@ -82,7 +82,8 @@ Runner::Failure Runner::revisit(const store::StoredReading& before, std::uint64_
   Failure failure = move(then.from_mm);
   if (!failure.any()) failure = move(then.cmd_mm);
   if (failure.any()) return failure;
-  Reading reading{.seq = 0, .set = ReadingSet::identify, .target = before.data.reading.target};
+  Reading reading;
+  reading.target = before.data.reading.target;
   reading.conditions.cmd_mm = then.cmd_mm;
   reading.conditions.from_mm = then.from_mm;
   const device::Occasion occasion{

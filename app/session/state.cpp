@@ -8,18 +8,30 @@ namespace {
 
 using enum State;
 
-constexpr std::array<Transition, 23> kTransitions = {{
-    {planned, Event::check_passed, checked}, {planned, Event::check_failed, stopped},
-    {checked, Event::set_up, homed},         {checked, Event::stop_asked, stopped},
-    {checked, Event::failed, faulted},       {homed, Event::move_begun, moving},
-    {homed, Event::stop_asked, stopped},     {homed, Event::failed, faulted},
-    {homed, Event::counted, done},           {moving, Event::in_position, settling},
-    {moving, Event::try_again, homed},       {moving, Event::stop_asked, stopped},
-    {moving, Event::failed, faulted},        {settling, Event::settled, measuring},
-    {measuring, Event::committed, stored},   {measuring, Event::try_again, homed},
-    {measuring, Event::stop_asked, stopped}, {measuring, Event::failed, faulted},
-    {stored, Event::move_begun, moving},     {stored, Event::pause_asked, paused},
-    {stored, Event::stop_asked, stopped},    {stored, Event::counted, done},
+constexpr std::array<Transition, 24> kTransitions = {{
+    {planned, Event::check_passed, checked},
+    {planned, Event::check_failed, stopped},
+    {checked, Event::set_up, homed},
+    {checked, Event::stop_asked, stopped},
+    {checked, Event::failed, faulted},
+    {homed, Event::move_begun, moving},
+    {homed, Event::stop_asked, stopped},
+    {homed, Event::failed, faulted},
+    {homed, Event::counted, done},
+    {moving, Event::in_position, settling},
+    {moving, Event::try_again, homed},
+    {moving, Event::stop_asked, stopped},
+    {moving, Event::failed, faulted},
+    {settling, Event::settled, measuring},
+    {measuring, Event::committed, stored},
+    {measuring, Event::try_again, homed},
+    {measuring, Event::stop_asked, stopped},
+    {measuring, Event::failed, faulted},
+    {stored, Event::move_begun, moving},
+    {stored, Event::pause_asked, paused},
+    {stored, Event::stop_asked, stopped},
+    {stored, Event::failed, faulted},  // the count does not come out
+    {stored, Event::counted, done},
     {paused, Event::resumed, stored},
 }};
 
