@@ -1,0 +1,89 @@
+#include "app/cli/db.hpp"
+
+#include <fmt/format.h>
+
+#include "store/backup.hpp"
+#include "store/open.hpp"
+#include "store/verify.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+ExitCode answer(const std::string& command, const store::CheckReport& report,
+                const std::string& good, const Context& context) {
+  if (context.json) {
+    context.print(command, {{"database", context.db()},
+                            {"ok", report.ok()},
+                            {"n_readings", report.n_readings},
+                            {"n_sealed_rows", report.n_sealed},
+                            {"findings", report.findings}});
+  } else if (report.ok()) {
+    context.print(good);
+  } else {
+    for (const std::string& finding : report.findings) context.print(printable(finding));
+  }
+  return report.ok() ? ExitCode::ok : ExitCode::not_acceptable;
+}
+
+}  // namespace
+
+ExitCode run_db_check(const DbOptions&, Context& context) {
+  store::Connection db = store::open(context.db(), store::Access::read_only);
+  return answer("db-check", store::check(db), "ok: the file is whole", context);
+}
+
+ExitCode run_db_verify(const DbOptions&, Context& context) {
+  store::Connection db = store::open(context.db(), store::Access::read_only);
+  const store::CheckReport report = store::verify(db);
+  return answer("db-verify", report,
+                fmt::format("ok: {} readings and {} other rows are what was stored",
+                            report.n_readings, report.n_sealed),
+                context);
+}
+
+ExitCode run_db_backup(const DbBackupOptions& options, Context& context) {
+  const store::CheckReport report = store::backup(context.db(), options.to);
+  if (context.json) {
+    context.print(
+        "db-backup",
+        {{"database", context.db()}, {"backup", options.to}, {"n_readings", report.n_readings}});
+  } else {
+    context.print(fmt::format("backed up {} to {}: verified, {} readings", printable(context.db()),
+                              printable(options.to), report.n_readings));
+  }
+  return ExitCode::ok;
+}
+
+ExitCode run_db_migrate(const DbOptions&, Context& context) {
+  const store::Migration done = store::migrate(context.db());
+  if (context.json) {
+    context.print("db-migrate", {{"database", context.db()},
+                                 {"from_version", done.from},
+                                 {"to_version", done.to},
+                                 {"copy", done.copy.string()}});
+  } else if (done.from == done.to) {
+    context.print(fmt::format("nothing to do: version {}", done.to));
+  } else {
+    context.print(fmt::format("migrated from version {} to {}; what was is in {}", done.from,
+                              done.to, printable(done.copy.string())));
+  }
+  return ExitCode::ok;
+}
+
+void setup_db(CLI::App& app, Context& context) {
+  CLI::App& db = noun(app, "db", "The database as a file: check, verify, backup, migrate");
+  const auto none = std::make_shared<DbOptions>();
+  on_run(*db.add_subcommand("check", "Is the file whole? (pages, indexes, bounds, references)"),
+         context, none, run_db_check);
+  on_run(*db.add_subcommand("verify", "check, and is every row what was stored? (SHA-256)"),
+         context, none, run_db_verify);
+  const auto backup = std::make_shared<DbBackupOptions>();
+  CLI::App* copy = db.add_subcommand("backup", "A verified copy, also while a session runs");
+  copy->add_option("FILE", backup->to, "New file")->required();
+  on_run(*copy, context, backup, run_db_backup);
+  on_run(*db.add_subcommand("migrate", "Take an older database to this version"), context, none,
+         run_db_migrate);
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "app/cli/context.hpp"
+
+namespace trammel::cli {
+
+struct DbOptions {};
+struct DbBackupOptions {
+  std::string to;
+};
+
+/// `db check`, `verify`, `backup`, `migrate`: the file as a whole.
+void setup_db(CLI::App& app, Context& context);
+
+ExitCode run_db_check(const DbOptions& options, Context& context);
+ExitCode run_db_verify(const DbOptions& options, Context& context);
+ExitCode run_db_backup(const DbBackupOptions& options, Context& context);
+ExitCode run_db_migrate(const DbOptions& options, Context& context);
+
+}  // namespace trammel::cli

@@ -1,0 +1,116 @@
+#include "app/cli/query.hpp"
+
+#include <algorithm>
+
+#include "app/cli/table.hpp"
+#include "app/exchange/csv.hpp"
+#include "app/exchange/numbers.hpp"
+#include "store/open.hpp"
+#include "store/query.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+using store::Cell;
+
+std::string text_of(const Cell& cell) {
+  if (const auto* integer = std::get_if<std::int64_t>(&cell)) return std::to_string(*integer);
+  if (const auto* real = std::get_if<double>(&cell)) return number_text(*real);
+  if (const auto* text = std::get_if<std::string>(&cell)) return *text;
+  return "";
+}
+
+// A spreadsheet runs text that begins like a formula: a quote in front makes it text. Numbers stay.
+std::string csv_text(const Cell& cell) {
+  std::string text = text_of(cell);
+  const bool is_text = std::holds_alternative<std::string>(cell);
+  if (is_text && !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string::npos) {
+    text.insert(text.begin(), '\'');
+  }
+  return csv_cell(text);
+}
+
+Json json_of(const Cell& cell) {
+  return std::visit([](const auto& value) { return Json(value); }, cell);
+}
+
+// Two columns of one name would be one key.
+std::vector<std::string> distinct(const std::vector<std::string>& names) {
+  std::vector<std::string> keys;
+  for (const std::string& name : names) {
+    std::string key = name;
+    for (int n = 2; std::ranges::find(keys, key) != keys.end(); ++n) {
+      key = name + "_" + std::to_string(n);
+    }
+    keys.push_back(key);
+  }
+  return keys;
+}
+
+void print_csv(store::Query& query, const Context& context) {
+  const auto line = [&](const auto& values, auto text) {
+    std::string joined;
+    for (std::size_t k = 0; k < values.size(); ++k) joined += (k ? "," : "") + text(values[k]);
+    context.print(joined);
+  };
+  line(query.columns(), [](const std::string& name) { return csv_text(name); });
+  while (const auto row = query.next()) line(*row, csv_text);
+}
+
+void print_json(store::Query& query, bool lines, const Context& context) {
+  const std::vector<std::string> keys = distinct(query.columns());
+  Json rows = Json::array();
+  while (const auto row = query.next()) {
+    Json object = Json::object();
+    for (std::size_t k = 0; k < keys.size(); ++k) object[keys[k]] = json_of((*row)[k]);
+    if (lines) {
+      context.print(object.dump(-1, ' ', false, Json::error_handler_t::replace));
+    } else {
+      rows.push_back(std::move(object));
+    }
+  }
+  if (!lines) context.print("query", {{"columns", keys}, {"rows", std::move(rows)}});
+}
+
+void print_text(store::Query& query, const Context& context) {
+  Table table(query.columns());
+  while (const auto row = query.next()) {
+    std::vector<std::string> cells;
+    for (const Cell& cell : *row) cells.push_back(text_of(cell));
+    table.add(std::move(cells));
+  }
+  context.print(table.text());
+}
+
+}  // namespace
+
+ExitCode run_query(const QueryOptions& options, Context& context) {
+  store::Connection db = store::open(context.db(), store::Access::read_only);
+  const auto limit = std::chrono::milliseconds(static_cast<long>(options.timeout_s * 1000));
+  store::Query query(db, options.sql, limit);
+  if (options.csv) {
+    print_csv(query, context);
+  } else if (context.json || options.ndjson) {
+    print_json(query, options.ndjson, context);
+  } else {
+    print_text(query, context);
+  }
+  return ExitCode::ok;
+}
+
+void setup_query(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<QueryOptions>();
+  CLI::App* query = app.add_subcommand(
+      "query",
+      "Answer one SELECT on the database, read only.\n"
+      "Views: v_accuracy, v_point_error, v_job, v_drift, v_point_status; see store/README.md");
+  query->add_option("SQL", options->sql, "One SELECT")->required();
+  CLI::Option* csv = query->add_flag("--csv", options->csv, "Comma-separated values");
+  query->add_flag("--ndjson", options->ndjson, "One JSON object a line")->excludes(csv);
+  query->add_option("--timeout_s", options->timeout_s, "Stop after so many seconds (default 30)")
+      ->check(CLI::Range(0.001, 86400.0));
+  on_run(*query, context, options, run_query);
+}
+
+}  // namespace trammel::cli
