@@ -52,12 +52,27 @@ void rbf_options(CLI::App& c, const std::shared_ptr<Options>& o) {
   parameter<double>(c, o, "--relative-ridge", "relative_ridge", "of the weights (1e-8)");
 }
 
+void model_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+  c.add_option_function<std::vector<std::string>>(
+       "--effects", [o](const std::vector<std::string>& names) { o->given["effects"] = names; },
+       "named effects to fit beside the geometry, or 'diagnosed' for those diagnose names")
+      ->delimiter(',');
+  c.add_flag_callback(
+      "--robust", [o] { o->given["robust"] = true; }, "outlying readings count less (Huber)");
+  c.add_flag_callback(
+      "--prior", [o] { o->given["tolerance_prior"] = true; },
+      "machining tolerances as priors instead of the least change");
+}
+
 struct StageOptions {
   const char* stage;
   void (*add)(CLI::App&, const std::shared_ptr<Options>&);
 };
-constexpr StageOptions kStageOptions[] = {
-    {"lsq", lsq_options}, {"idw", idw_options}, {"rbf", rbf_options}};
+constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},
+                                          {"idw", idw_options},
+                                          {"rbf", rbf_options},
+                                          {"geometry", model_options},
+                                          {"hybrid", model_options}};
 
 ExitCode run_calibrate(const Options& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::write);

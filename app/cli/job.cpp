@@ -31,7 +31,7 @@ ExitCode run_list(const Options& options, Context& context) {
   std::optional<store::Id> only;
   if (!options.campaign.empty()) only = store::require_campaign(db, options.campaign).id;
   Json jobs = Json::array();
-  std::string text = fmt::format("{:>5}  {:<12}{:<10}{:>4}  {:<21}{:<13}{}\n", "job", "campaign",
+  std::string text = fmt::format("{:>5}  {:<12}{:<10}{:>4}  {:<26}{:<14}{}\n", "job", "campaign",
                                  "stage", "run", "created (UTC)", "key", "readings");
   for (const store::JobRow& j : store::list_jobs(db, only)) {
     jobs.push_back({{"id", j.id},
@@ -43,7 +43,7 @@ ExitCode run_list(const Options& options, Context& context) {
                     {"readings", j.n_readings},
                     {"created_utc", j.created_utc},
                     {"duration_s", j.duration_s}});
-    text += fmt::format("{:>5}  {:<12}{:<10}{:>4}  {:<21}{:<13}{}\n", j.id, printable(j.campaign),
+    text += fmt::format("{:>5}  {:<12}{:<10}{:>4}  {:<26}{:<14}{}\n", j.id, printable(j.campaign),
                         j.stage, j.run, j.created_utc, j.key.substr(0, 12), j.n_readings);
   }
   if (context.json) {

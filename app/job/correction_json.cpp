@@ -2,6 +2,8 @@
 
 #include <span>
 
+#include "app/exchange/mechanism_json.hpp"
+
 namespace trammel::job {
 
 namespace {
@@ -64,6 +66,18 @@ Json map_json(const RbfNetwork& m) {
           {"bias_mm", list(m.bias_mm)}};
 }
 
+Json map_json(const GpMap& m) {
+  Json json = {{"type", "gp"}, {"x_mm", m.x_mm}, {"y_mm", m.y_mm}};
+  for (const GpJoint& j : m.joints) {
+    json["joints"].push_back({{"mean_mm", j.mean_mm},
+                              {"length_mm", j.length_mm},
+                              {"signal_mm", j.signal_mm},
+                              {"noise_mm", j.noise_mm},
+                              {"weights", list(j.weights)}});
+  }
+  return json;
+}
+
 /// A list of `n` numbers; n = 0 takes any length but none.
 std::vector<double> numbers(Fields& f, const std::string& name, std::size_t n) {
   std::vector<double> values = f.numbers(name);
@@ -109,32 +123,100 @@ JointMap read_rbf(Fields& f) {
   return m;
 }
 
+JointMap read_gp(Fields& f) {
+  GpMap m;
+  m.x_mm = numbers(f, "x_mm", 0);
+  m.y_mm = numbers(f, "y_mm", m.x_mm.size());
+  std::vector<Fields> joints = f.objects("joints");
+  if (joints.size() != kChains) f.refuse("joints", "a map has three joints");
+  for (std::size_t i = 0; i < kChains; ++i) {
+    m.joints[i] = {.mean_mm = joints[i].number("mean_mm"),
+                   .length_mm = joints[i].number("length_mm"),
+                   .signal_mm = joints[i].number("signal_mm"),
+                   .noise_mm = joints[i].number("noise_mm"),
+                   .weights = vector(numbers(joints[i], "weights", m.x_mm.size()))};
+    joints[i].done();
+  }
+  return m;
+}
+
+Json vector3_json(const Eigen::Vector3d& v) { return Json::array({v[0], v[1], v[2]}); }
+
+Json model_json(const RobotModel& m) {
+  Json json = {{"mechanism", mechanism_json(m.mechanism)}, {"chains", geometry_json(m.geometry)}};
+  json["epochs"] = Json::array();
+  for (const auto& [epoch, shift] : m.epochs) {
+    json["epochs"].push_back({{"epoch", epoch},
+                              {"l_zero_mm", vector3_json(shift.l_zero_mm)},
+                              {"frame_mm_rad", vector3_json(shift.frame.vector())}});
+  }
+  json["effects"] = Json::array();
+  for (const ActiveEffect& active : m.effects) {
+    json["effects"].push_back({{"name", active.effect->name}, {"values", list(active.values)}});
+  }
+  return json;
+}
+
+Eigen::Vector3d read_vector3(Fields& f, const std::string& name) {
+  return vector(numbers(f, name, 3));
+}
+
+RobotModel read_model(Fields f) {
+  RobotModel m;
+  m.mechanism = read_mechanism(f.object("mechanism"));
+  m.geometry = read_geometry(f);
+  for (Fields& e : f.objects("epochs")) {
+    EpochShift& shift = m.epochs[e.integer("epoch")];
+    shift.l_zero_mm = read_vector3(e, "l_zero_mm");
+    shift.frame = Pose::from(read_vector3(e, "frame_mm_rad"));
+    e.done();
+  }
+  for (Fields& e : f.objects("effects")) {
+    const Effect& effect = find_effect(e.text("name"));
+    m.effects.push_back({&effect, vector(numbers(e, "values", effect.parameters.size()))});
+    e.done();
+  }
+  f.done();
+  return m;
+}
+
 JointMap read_map(Fields f) {
-  const bool idw = f.choice("type", {"idw", "rbf"}) == "idw";
-  JointMap map = idw ? read_idw(f) : read_rbf(f);
+  const std::string type = f.choice("type", {"idw", "rbf", "gp"});
+  JointMap map = type == "idw" ? read_idw(f) : type == "rbf" ? read_rbf(f) : read_gp(f);
   f.done();
   return map;
+}
+
+Json any_map(const JointMap& map) {
+  return std::visit([](const auto& m) { return map_json(m); }, map);
 }
 
 }  // namespace
 
 Json correction_json(const Correction& correction) {
   Json json = {{"kind", kind_of(correction)}};
-  std::visit(
-      Overloaded{[](const NominalCorrection&) {},
-                 [&](const GeometryCorrection& c) { json["chains"] = geometry_json(c.geometry); },
-                 [&](const MapCorrection& c) {
-                   json["map"] = std::visit([](const auto& m) { return map_json(m); }, c.map);
-                 }},
-      correction);
+  const auto geometry = [&](const GeometryCorrection& c) {
+    json["chains"] = geometry_json(c.geometry);
+  };
+  const auto map = [&](const MapCorrection& c) { json["map"] = any_map(c.map); };
+  const auto model = [&](const ModelCorrection& c) { json["model"] = model_json(c.model); };
+  const auto hybrid = [&](const HybridCorrection& c) {
+    json["model"] = model_json(c.model);
+    json["map"] = any_map(c.left);
+  };
+  std::visit(Overloaded{[](const NominalCorrection&) {}, geometry, map, model, hybrid}, correction);
   return json;
 }
 
 Correction read_correction(Fields f) {
-  const std::string kind = f.choice("kind", {"nominal", "geometry", "map"});
+  const std::string kind = f.choice("kind", {"nominal", "geometry", "map", "model", "hybrid"});
   Correction correction = NominalCorrection{};
   if (kind == "geometry") correction = GeometryCorrection{read_geometry(f)};
   if (kind == "map") correction = MapCorrection{read_map(f.object("map"))};
+  if (kind == "model") correction = ModelCorrection{read_model(f.object("model"))};
+  if (kind == "hybrid") {
+    correction = HybridCorrection{read_model(f.object("model")), read_map(f.object("map"))};
+  }
   f.done();
   return correction;
 }

@@ -27,7 +27,7 @@ struct Stage {
   StageResult (*run)(const Campaign& campaign, const Json& parameters);
 };
 
-/// All stages: lsq, idw, rbf.
+/// All stages: lsq, geometry, idw, rbf, gp, hybrid.
 std::span<const Stage> stages();
 
 /// Throws NotFoundError that lists the stages there are.
@@ -39,5 +39,8 @@ std::vector<Reading> identify_rows(const Campaign& campaign);
 Stage lsq_stage();
 Stage idw_stage();
 Stage rbf_stage();
+Stage gp_stage();
+Stage geometry_stage();
+Stage hybrid_stage();
 
 }  // namespace trammel::job

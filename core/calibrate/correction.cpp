@@ -1,6 +1,11 @@
 #include "core/calibrate/correction.hpp"
 
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
 #include "core/calibrate/joint_error.hpp"
+#include "core/error.hpp"
 
 namespace trammel {
 
@@ -20,12 +25,88 @@ ForwardResult failed(const InverseResult& at) {
   return result;
 }
 
+constexpr int kMaxSteps = 40;
+constexpr double kReached = 1e-10;    // mm, and rad times the platform's size
+constexpr double kDirectionMm = 1.0;  // any length: a direction is a sign
+constexpr double kStandingMm = 1e-9;  // a shorter move has no direction
+constexpr double kPhiLengthMm = 100;
+
+Eigen::Vector3d signs(const Displacements& move) {
+  return move.unaryExpr([](double d) {
+    return d > kStandingMm ? 1.0 : d < -kStandingMm ? -1.0 : 0.0;
+  });
+}
+
+Conditions conditions_of(const Move& move, const Displacements& cmd, const Eigen::Vector3d& dir) {
+  return {.cmd_mm = cmd,
+          .from_mm = cmd - kDirectionMm * dir,
+          .epoch = move.epoch,
+          .time_s = move.time_s,
+          .temp_degc = move.temp_degc};
+}
+
+/// Command that reads `target` with the directions held, from a first guess.
+bool reach(const RobotModel& model, const Move& move, const Pose& target,
+           const Eigen::Vector3d& dir, Displacements& cmd) {
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Prediction at = predict(model, conditions_of(move, cmd, dir));
+    if (!at.ok()) return false;
+    const Eigen::Vector3d missing = target.vector() - at.pose.vector();
+    if (std::max(missing.head<2>().norm(), kPhiLengthMm * std::abs(missing[2])) <= kReached) {
+      return true;
+    }
+    cmd += at.moment.J_V.inverse() * missing;
+  }
+  return false;
+}
+
+InverseResult commanded_by_model(const RobotModel& model, const Move& move, const Pose& target) {
+  InverseResult at = inverse(model.geometry, target);
+  if (!at.ok()) return at;
+  const Eigen::Vector3d forced(move.approach[0], move.approach[1], move.approach[2]);
+  const auto direction = [&](const Displacements& cmd) -> Eigen::Vector3d {
+    return (forced.array() != 0).select(forced, signs(cmd - move.from_mm));
+  };
+  const Displacements start = at.l_mm;
+  Eigen::Vector3d dir = direction(start);
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    Displacements cmd = start;
+    if (!reach(model, move, target, dir, cmd)) {
+      at.status = InverseResult::Status::unreachable;
+      return at;
+    }
+    at.l_mm = cmd;
+    const Eigen::Vector3d real = direction(cmd);
+    if (real == dir) break;
+    dir = real;
+  }
+  return at;
+}
+
+/// The pose to ask the model for so that the map's joint errors are made up for.
+ForwardResult shifted(const Mechanism& mechanism, const JointMap& left, const Pose& target,
+                      double sign) {
+  const InverseResult at = inverse(mechanism.geometry, target);
+  if (!at.ok()) return failed(at);
+  return forward(mechanism.geometry, at.l_mm + sign * joint_error_at(left, place_of(target)),
+                 target);
+}
+
+ForwardResult as_forward(const Prediction& at) {
+  ForwardResult result;
+  result.status = at.status;
+  result.pose = at.pose;
+  return result;
+}
+
 }  // namespace
 
 std::string kind_of(const Correction& correction) {
   return std::visit(Overloaded{[](const NominalCorrection&) { return "nominal"; },
                                [](const GeometryCorrection&) { return "geometry"; },
-                               [](const MapCorrection&) { return "map"; }},
+                               [](const MapCorrection&) { return "map"; },
+                               [](const ModelCorrection&) { return "model"; },
+                               [](const HybridCorrection&) { return "hybrid"; }},
                     correction);
 }
 
@@ -51,7 +132,15 @@ InverseResult commanded(const Correction& correction, const Mechanism& mechanism
     if (at.ok()) at.l_mm -= joint_error_at(c.map, place_of(move.target));
     return at;
   };
-  return std::visit(Overloaded{nominal, geometry, map}, correction);
+  const auto model = [&](const ModelCorrection& c) {
+    return commanded_by_model(c.model, move, move.target);
+  };
+  const auto hybrid = [&](const HybridCorrection& c) {
+    const ForwardResult goal = shifted(mechanism, c.left, move.target, -1);
+    if (!goal.ok()) return inverse(mechanism.geometry, move.target);
+    return commanded_by_model(c.model, move, goal.pose);
+  };
+  return std::visit(Overloaded{nominal, geometry, map, model, hybrid}, correction);
 }
 
 ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
@@ -68,7 +157,29 @@ ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
     const Displacements driven = conditions.cmd_mm + joint_error_at(c.map, place_of(at.pose));
     return forward(mechanism.geometry, driven, at.pose);
   };
-  return std::visit(Overloaded{nominal, geometry, map}, correction);
+  const auto model = [&](const ModelCorrection& c) {
+    return as_forward(predict(c.model, conditions));
+  };
+  const auto hybrid = [&](const HybridCorrection& c) {
+    const Prediction at = predict(c.model, conditions);
+    return at.ok() ? shifted(mechanism, c.left, at.pose, 1) : as_forward(at);
+  };
+  return std::visit(Overloaded{nominal, geometry, map, model, hybrid}, correction);
+}
+
+std::vector<JointSample> samples_left(const RobotModel& model, std::span<const Reading> readings) {
+  std::vector<JointSample> samples;
+  for (const Reading& r : readings) {
+    const Prediction at = predict(model, r.conditions);
+    const InverseResult thought = inverse(model.mechanism.geometry, at.pose);
+    if (!at.ok() || !thought.ok()) {
+      throw InputError({.what = "the model cannot reach the commanded displacements of a reading",
+                        .where = {.point = "seq " + std::to_string(r.seq)}});
+    }
+    const Eigen::Vector3d all = joint_error_mm(model.mechanism, r);
+    samples.push_back({r.target.x_mm, r.target.y_mm, all - (thought.l_mm - r.conditions.cmd_mm)});
+  }
+  return samples;
 }
 
 ForwardResult predicted_after(const Correction& correction, const Mechanism& mechanism,

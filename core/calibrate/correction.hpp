@@ -9,6 +9,7 @@
 #include "core/measure/reading.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/model/robot_model.hpp"
 
 namespace trammel {
 
@@ -25,10 +26,23 @@ struct MapCorrection {
   JointMap map;
 };
 
-/// Values, so that a job can store them and a session can carry them.
-using Correction = std::variant<NominalCorrection, GeometryCorrection, MapCorrection>;
+/// The physical model: commands such that the model, moved as planned (direction, temperature,
+/// time), reads the target.
+struct ModelCorrection {
+  RobotModel model;
+};
 
-/// "nominal", "geometry", "map": the word that stored corrections carry.
+/// The physical model first, then a map on the joint errors it leaves.
+struct HybridCorrection {
+  RobotModel model;
+  JointMap left;
+};
+
+/// Values, so that a job can store them and a session can carry them.
+using Correction = std::variant<NominalCorrection, GeometryCorrection, MapCorrection,
+                                ModelCorrection, HybridCorrection>;
+
+/// "nominal", "geometry", "map", "model", "hybrid": the word that stored corrections carry.
 std::string kind_of(const Correction& correction);
 
 /// A move as it is planned: all a correction may use to choose the displacements.
@@ -54,6 +68,10 @@ InverseResult commanded(const Correction& correction, const Mechanism& mechanism
 /// Pose that the tracker would read under `conditions` if the robot were as `correction` believes.
 ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
                        const Conditions& conditions);
+
+/// What a model leaves of a reading, as joint errors: l(measured) - l(predicted), nominal inverse
+/// kinematics. Samples for the map of a hybrid. Throws InputError as joint_error_mm.
+std::vector<JointSample> samples_left(const RobotModel& model, std::span<const Reading> readings);
 
 /// The reading as it would have been under the correction, from the reading as it was: the robot
 /// keeps the joint error it showed, only the command changes.

@@ -20,6 +20,15 @@ std::vector<JointSample> samples() {
   return all;
 }
 
+RobotModel model(Random& random) {
+  RobotModel m = nominal_model(paper_mechanism());
+  m.geometry = tests::random_geometry(random);
+  m.epochs[2] = {.l_zero_mm = {0.1, 0.2, 0.3}, .frame = {0.01, 0.02, 1e-4}};
+  m.effects = {{&find_effect("lead_scale"), Eigen::Vector3d(3e-3, 2e-3, 0)},
+               {&find_effect("backlash"), Eigen::Vector3d(0.08, 0.07, 0.09)}};
+  return m;
+}
+
 Correction there_and_back(const Correction& correction) {
   const Json wrapped = {{"correction", correction_json(correction)}, {"words", "other fields"}};
   return correction_of(wrapped.dump());
@@ -30,16 +39,20 @@ Correction there_and_back(const Correction& correction) {
 TEST_CASE("every kind of correction comes back from JSON with the same bits", "[job]") {
   Random random(62);
   const std::vector<Correction> all = {
-      NominalCorrection{}, GeometryCorrection{tests::random_geometry(random)},
+      NominalCorrection{},
+      GeometryCorrection{tests::random_geometry(random)},
       MapCorrection{fit_idw(samples(), {.power = 2.5, .neighbours = 7})},
-      MapCorrection{train_rbf(samples()).network}};
+      MapCorrection{train_rbf(samples()).network},
+      MapCorrection{fit_gp(samples())},
+      ModelCorrection{model(random)},
+      HybridCorrection{model(random), fit_gp(samples())}};
   const Mechanism mechanism = paper_mechanism();
   for (const Correction& c : all) {
     const Correction back = there_and_back(c);
     CHECK(kind_of(back) == kind_of(c));
     CHECK(correction_json(back).dump() == correction_json(c).dump());
     for (int k = 0; k < 20; ++k) {
-      const Move move{.target = tests::random_pose(random)};
+      const Move move{.target = tests::random_pose(random), .from_mm = {260, 260, 260}};
       CHECK(commanded(back, mechanism, move).l_mm == commanded(c, mechanism, move).l_mm);
     }
   }

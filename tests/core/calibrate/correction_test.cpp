@@ -80,6 +80,74 @@ TEST_CASE("the reading predicted after compensation is the reading that robot th
   }
 }
 
+TEST_CASE("with a physical model the command reads the target under the planned move",
+          "[calibrate]") {
+  Random random(44);
+  RobotModel model = nominal_model(paper_mechanism());
+  model.geometry = random_geometry(random);
+  model.effects = {{&find_effect("lead_scale"), Eigen::Vector3d(3.2e-3, 2e-3, 4.1e-3)},
+                   {&find_effect("backlash"), Eigen::Vector3d(0.08, 0.08, 0.08)},
+                   {&find_effect("thermal_growth"), Eigen::Vector3d(1e-5, 1e-5, 1e-5)},
+                   {&find_effect("screw_periodic"),
+                    (Eigen::VectorXd(6) << 6e-3, 0, 6e-3, 0, 0, 6e-3).finished()}};
+  Displacements from = inverse(paper_mechanism().geometry, Pose{}).l_mm;
+  for (int k = 0; k < 60; ++k) {
+    Move move{.target = random_pose(random), .from_mm = from, .temp_degc = 22.5};
+    if (k % 2 == 1) move.approach = {1, -1, 1};
+    const auto cmd = commanded(ModelCorrection{model}, paper_mechanism(), move);
+    REQUIRE(cmd.ok());
+    Conditions c{.cmd_mm = cmd.l_mm, .from_mm = from, .temp_degc = 22.5};
+    if (k % 2 == 1) c.from_mm = cmd.l_mm - Displacements(5, -5, 5);
+    CHECK(pose_difference(predict(model, c).pose, move.target).cwiseAbs().maxCoeff() < 1e-9);
+    from = cmd.l_mm;
+  }
+}
+
+TEST_CASE("a move too short for its backlash still gets a command", "[calibrate]") {
+  RobotModel model = nominal_model(paper_mechanism());
+  model.effects = {{&find_effect("backlash"), Eigen::Vector3d(0.5, 0.5, 0.5)}};
+  const Pose target{10, 20, 0};
+  const Displacements there = inverse(paper_mechanism().geometry, target).l_mm;
+  for (const double short_mm : {-0.1, 0.0, 1e-6, 0.1}) {
+    const Move move{.target = target, .from_mm = there + Displacements::Constant(short_mm)};
+    const auto cmd = commanded(ModelCorrection{model}, paper_mechanism(), move);
+    REQUIRE(cmd.ok());
+    CHECK((cmd.l_mm - there).cwiseAbs().maxCoeff() <= 0.25 + 1e-9);
+  }
+}
+
+TEST_CASE("a hybrid takes out what its model leaves", "[calibrate]") {
+  Random random(45);
+  RobotModel truth = nominal_model(paper_mechanism());
+  truth.geometry = random_geometry(random);
+  truth.effects = {{&find_effect("lead_curvature"), Eigen::Vector3d(1e-5, -1e-5, 1e-5)}};
+  RobotModel poorer = truth;  // lacks the curvature: a map of position can hold it
+  poorer.effects.clear();
+  std::vector<Reading> readings;
+  for (const Pose& target : paper_80()) {
+    Reading r;
+    r.seq = 1 + static_cast<int>(readings.size());
+    r.target = target;
+    r.conditions.cmd_mm = inverse(paper_mechanism().geometry, target).l_mm;
+    r.conditions.from_mm = r.conditions.cmd_mm;
+    r.measured = predict(truth, r.conditions).pose;
+    readings.push_back(r);
+  }
+  const Correction hybrid = HybridCorrection{poorer, fit_gp(samples_left(poorer, readings))};
+  double model_mm = 0, hybrid_mm = 0;
+  for (int k = 0; k < 40; ++k) {
+    const Move move{.target = {random.uniform(-80, 80), random.uniform(-80, 80), 0}};
+    for (const bool with_map : {false, true}) {
+      const auto cmd = commanded(with_map ? hybrid : Correction{ModelCorrection{poorer}},
+                                 paper_mechanism(), move);
+      REQUIRE(cmd.ok());
+      const Pose real = predict(truth, {.cmd_mm = cmd.l_mm, .from_mm = cmd.l_mm}).pose;
+      (with_map ? hybrid_mm : model_mm) += position_error_mm(real, move.target) / 40;
+    }
+  }
+  CHECK(hybrid_mm < model_mm / 10);
+}
+
 TEST_CASE("an unreachable target names its chain under any correction", "[calibrate]") {
   const Move far{.target = {5000, 0, 0}};
   const Geometry nominal = paper_mechanism().geometry;

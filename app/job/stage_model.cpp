@@ -1,0 +1,195 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/job/stages.hpp"
+#include "core/calibrate/geometry_fit.hpp"
+#include "core/calibrate/identifiability.hpp"
+#include "core/diagnose/diagnose.hpp"
+#include "core/measure/noise.hpp"
+#include "core/units.hpp"
+
+namespace trammel::job {
+
+namespace {
+
+constexpr const char* kDiagnosed = "diagnosed";
+constexpr double kAbsorbed = 4.0;  // tolerances: a machined part is not that far off
+constexpr double kSeed = 1e-6;     // of the usual range: "fit this parameter"
+
+Json complete(const Json& given) {
+  const JsonFile file = parse_json(given.dump(), "parameters of the model");
+  Fields f(file);
+  Json all = {{"effects", f.has("effects") ? f.texts("effects") : std::vector<std::string>{}},
+              {"robust", f.boolean("robust", false)},
+              {"tolerance_prior", f.boolean("tolerance_prior", false)}};
+  f.done();
+  for (const Json& name : all["effects"]) {
+    if (name != kDiagnosed) static_cast<void>(find_effect(name.get<std::string>()));
+  }
+  return all;
+}
+
+/// Where the fit starts: nominal, with the effects that are to be fitted.
+RobotModel start_model(const Campaign& campaign, const Json& parameters, StageResult& out) {
+  RobotModel model = nominal_model(campaign.mechanism);
+  for (const Json& name : parameters["effects"]) {
+    if (name == kDiagnosed) {
+      const Diagnosis diagnosis = diagnose(campaign);
+      model.effects = diagnosis.fit.model.effects;
+      out.words.push_back("diagnosis: " + to_string(diagnosis.verdict));
+      continue;
+    }
+    const Effect& effect = find_effect(name.get<std::string>());
+    Eigen::VectorXd values(static_cast<Eigen::Index>(effect.parameters.size()));
+    for (Eigen::Index k = 0; k < values.size(); ++k) {
+      values[k] = kSeed * effect.parameters[static_cast<std::size_t>(k)].usual_max;
+    }
+    model.effects.push_back({&effect, values});
+  }
+  return model;
+}
+
+std::vector<ScaledParameter> scaled(const std::vector<FreeParameter>& parameters) {
+  std::vector<ScaledParameter> all;
+  for (const FreeParameter& p : parameters) {
+    const bool angle = p.unit == "deg" && p.kind != FreeParameter::Kind::effect;
+    all.push_back({p.name, angle, p.scale});
+  }
+  return all;
+}
+
+Json parameter_json(const GeometryFit& fit, const Identifiability& known, std::size_t k) {
+  const FreeParameter& p = fit.parameters[k];
+  const auto row = static_cast<Eigen::Index>(k);
+  Json json = {
+      {"name", p.name}, {"unit", p.unit}, {"identified", known.identified[k] ? true : false}};
+  if (!known.identified[k]) {
+    json["why"] = "not identifiable by itself from these readings";
+    return json;
+  }
+  const bool angle = p.unit == "deg" && p.kind != FreeParameter::Kind::effect;
+  const double unit = p.scale * (angle ? deg_from_rad(1) : 1);
+  json["change"] = unit * fit.z[row];
+  json["standard_uncertainty"] = unit * std::sqrt(fit.covariance(row, row));
+  return json;
+}
+
+/// Parameters of the geometry that are further off than machining puts them.
+void alarm(const GeometryFit& fit, const Identifiability& known, StageResult& out) {
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
+    const FreeParameter& p = fit.parameters[k];
+    const double off = std::abs(fit.z[static_cast<Eigen::Index>(k)]);
+    if (p.kind != FreeParameter::Kind::geometry || !known.identified[k] || off < kAbsorbed)
+      continue;
+    out.words.push_back(fmt::format(
+        "absorption alarm: {} is {:.1f} tolerances from nominal: probably it soaks up an effect "
+        "that the model lacks",
+        p.name, off));
+  }
+}
+
+GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& out) {
+  const NoiseLevel noise = noise_level(campaign);
+  const std::vector<Reading> rows = identify_rows(campaign);
+  GeometryFit result = fit_geometry(start_model(campaign, parameters, out), rows, noise.sigma,
+                                    {.huber = parameters["robust"].get<bool>(),
+                                     .tolerance_prior = parameters["tolerance_prior"].get<bool>()});
+  const auto names = scaled(result.parameters);
+  const Identifiability known = identifiability(result.system.jacobian, names);
+  const Observability& o = known.observability;
+  out.details = {
+      {"noise", noise.words},
+      {"converged", result.status == GeometryFit::Status::converged},
+      {"iterations", result.iterations},
+      {"equations", 3 * rows.size()},
+      {"columns", result.parameters.size()},
+      {"rank", result.identified.rank},
+      {"weighted_rss", result.chi2},
+      {"sigma_ratio", result.dof > 0 ? std::sqrt(result.chi2 / result.dof) : 0.0},
+      {"observability", {{"O1", o.O1}, {"O2", o.O2}, {"O3", o.O3}, {"O4", o.O4}, {"O5", o.O5}}}};
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
+    out.details["parameters"].push_back(parameter_json(result, known, k));
+  }
+  for (std::string& sentence : in_words(known, names)) out.words.push_back(std::move(sentence));
+  alarm(result, known, out);
+  for (std::size_t j = 0; j < rows.size() && parameters["robust"].get<bool>(); ++j) {
+    const double weight = result.weights[static_cast<Eigen::Index>(j)];
+    if (weight >= 1) continue;
+    out.details["downweighted"].push_back({{"seq", rows[j].seq}, {"weight", weight}});
+  }
+  out.words.push_back(fmt::format("residuals are {:.2f} times the noise",
+                                  out.details["sigma_ratio"].get<double>()));
+  return result;
+}
+
+StageResult run_geometry(const Campaign& campaign, const Json& parameters) {
+  StageResult out;
+  out.correction = ModelCorrection{fit(campaign, parameters, out).model};
+  return out;
+}
+
+StageResult run_hybrid(const Campaign& campaign, const Json& parameters) {
+  StageResult out;
+  const RobotModel model = fit(campaign, parameters, out).model;
+  const GpMap left = fit_gp(samples_left(model, identify_rows(campaign)));
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const GpJoint& j = left.joints[i];
+    out.words.push_back(fmt::format(
+        "left for the map on joint {}: {:.4f} mm over {:.0f} mm, beside noise of {:.4f} mm", i + 1,
+        j.signal_mm, j.length_mm, j.noise_mm));
+  }
+  out.correction = HybridCorrection{model, left};
+  return out;
+}
+
+Json complete_gp(const Json& given) {
+  const JsonFile file = parse_json(given.dump(), "parameters of gp");
+  const Fields f(file);
+  f.done();
+  return Json::object();
+}
+
+StageResult run_gp(const Campaign& campaign, const Json&) {
+  const GpMap map = fit_gp(joint_samples(campaign.mechanism, identify_rows(campaign)));
+  StageResult out{.correction = MapCorrection{map}, .details = {}, .words = {}};
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const GpJoint& j = map.joints[i];
+    out.details["joints"].push_back({{"joint", i + 1},
+                                     {"length_mm", j.length_mm},
+                                     {"signal_mm", j.signal_mm},
+                                     {"noise_mm", j.noise_mm}});
+    out.words.push_back(fmt::format(
+        "joint {}: errors of {:.4f} mm over {:.0f} mm, and {:.4f} mm that no place explains", i + 1,
+        j.signal_mm, j.length_mm, j.noise_mm));
+  }
+  return out;
+}
+
+}  // namespace
+
+Stage geometry_stage() {
+  return {.name = "geometry",
+          .algorithm_version = 1,
+          .what = "the complete nonlinear model, with named effects if asked for",
+          .complete = complete,
+          .run = run_geometry};
+}
+
+Stage gp_stage() {
+  return {.name = "gp",
+          .algorithm_version = 1,
+          .what = "Gaussian-process regression of joint errors",
+          .complete = complete_gp,
+          .run = run_gp};
+}
+
+Stage hybrid_stage() {
+  return {.name = "hybrid",
+          .algorithm_version = 1,
+          .what = "the physical model first, a Gaussian process on what it leaves",
+          .complete = complete,
+          .run = run_hybrid};
+}
+
+}  // namespace trammel::job
