@@ -7,14 +7,24 @@
 #include "app/cli/job.hpp"
 #include "app/cli/query.hpp"
 #include "app/cli/reading.hpp"
+#include "app/cli/report.hpp"
 
 namespace trammel::cli {
 
 const std::vector<Setup>& commands() {
+  // One a line, in the order of a campaign.
+  // clang-format off
   static const std::vector<Setup> table = {
-      setup_campaign_exchange, setup_campaign, setup_reading, setup_query, setup_db,
-      setup_calibrate,         setup_job,
+      setup_campaign,
+      setup_campaign_exchange,
+      setup_reading,
+      setup_calibrate,
+      setup_job,
+      setup_report,
+      setup_query,
+      setup_db,
   };
+  // clang-format on
   return table;
 }
 

@@ -23,6 +23,8 @@ std::string Context::db() const {
   return "./trammel.db";
 }
 
+bool Context::db_given() const { return db() != "./trammel.db" || !db_option.empty(); }
+
 void Context::print(std::string_view text) const { write(stdout, text); }
 
 void Context::print(std::string_view command, const Json& fields) const {

@@ -27,6 +27,9 @@ struct Context {
   /// --db FILE, else TRAMMEL_DB, else ./trammel.db
   [[nodiscard]] std::string db() const;
 
+  /// --db or TRAMMEL_DB says which.
+  [[nodiscard]] bool db_given() const;
+
   /// Data: text as it is (a newline is added when missing), to stdout.
   void print(std::string_view text) const;
   /// Data with --json: one object, "schema" = "trammel/<command>/1" first.

@@ -10,7 +10,7 @@ namespace trammel::report {
 /// The fields of "trammel/report/1".
 nlohmann::ordered_json to_json(const Report& report);
 
-/// For a person at a terminal, at most 100 columns wide.
+/// For a person at a terminal, tables at most 110 columns wide.
 std::string to_text(const Report& report);
 
 /// The report in one sentence: what the best correction that was measured (else predicted) does.

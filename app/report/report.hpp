@@ -12,18 +12,18 @@ namespace trammel::report {
 
 /// The paper's own figures for a table of ours. Source: Zhang et al. 2024, Tables IV to XI.
 struct PaperFigures {
-  std::string table;  // "IV"
+  std::string table = {};  // "IV"
   double before_mean = 0, before_max = 0, before_min = 0;
   double after_mean = 0, after_max = 0, after_min = 0;
 };
 
 /// Errors of the same poses before and after a correction, mm or deg.
 struct ErrorTable {
-  std::string id;                // "lsq-80-position"
-  std::string method;            // "lsq"
-  std::string figure;            // "position", "attitude"
-  std::string unit;              // "mm", "deg"
-  std::string set;               // "identify", "validate"
+  std::string id = {};                // "lsq-80-position"
+  std::string method = {};            // "lsq"
+  std::string figure = {};            // "position", "attitude"
+  std::string unit = {};              // "mm", "deg"
+  std::string set = {};               // "identify", "validate"
   bool in_sample = false;        // judged on the poses that were fitted
   bool after_predicted = false;  // by the correction from the readings before; else measured again
   Summary before = {};
@@ -45,18 +45,18 @@ struct CircleDeviation {
   double centre_x_mm = 0, centre_y_mm = 0, radius_mm = 0;
 };
 struct CircleRow {
-  std::string name;
+  std::string name = {};
   double x_mm = 0, y_mm = 0, radius_mm = 0;  // wanted
   int n = 0;
   CircleDeviation before = {};
   CircleDeviation after = {};
 };
 struct CircleTable {
-  std::string method;  // whose correction "after" had
+  std::string method = {};  // whose correction "after" had
   bool after_predicted = false;
   Summary before = {};  // position errors of all points, mm
   Summary after = {};
-  std::vector<CircleRow> rows;
+  std::vector<CircleRow> rows = {};
 };
 
 /// Mean of the absolute deviations over the circles, as the paper's Table XI has them.
@@ -64,20 +64,20 @@ CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation Circl
 
 /// One identified error source, mm or deg.
 struct ParameterRow {
-  std::string name;
-  std::string unit;
+  std::string name = {};
+  std::string unit = {};
   int epoch = 1;
   double value = 0;
   double standard_uncertainty = 0;
   bool identified = false;  // by itself; else the value means nothing alone
 };
 struct Identification {
-  std::string job_key;
+  std::string job_key = {};
   int rank = 0;
   int columns = 0;
-  std::vector<ParameterRow> parameters;
-  std::vector<ParameterRow> combinations;  // "l_2 - R_2"
-  std::vector<std::string> words;          // what is not identifiable
+  std::vector<ParameterRow> parameters = {};
+  std::vector<ParameterRow> combinations = {};  // "l_2 - R_2"
+  std::vector<std::string> words = {};          // what is not identifiable
 };
 
 /// How well the network meets its own samples, mm (Table VIII).
@@ -100,25 +100,25 @@ struct JobRow {
 };
 
 struct Report {
-  std::string campaign;
+  std::string campaign = {};
   bool simulated = false;
   bool imported = false;
-  std::string mechanism;  // one line
-  std::string noise;      // where the sigmas come from
-  double floor_mean_mm = 0;
-  double floor_mean_deg = 0;
+  std::string mechanism = {};                     // one line
+  std::string noise = {};                         // where the sigmas come from
+  std::optional<double> floor_mean_mm = {};  // none: the noise is not known
+  std::optional<double> floor_mean_deg = {};
   int n_readings = 0;
   int n_excluded = 0;
-  std::vector<ErrorTable> tables;
-  std::optional<Contest> contest;
-  std::optional<CircleTable> circles;
-  std::optional<Identification> identification;
-  std::optional<NetworkFit> network;
-  std::vector<SessionRow> sessions;
-  std::vector<JobRow> jobs;
-  std::vector<std::string> exclusions;                     // "seq 7: beam hit by a sleeve"
-  std::vector<std::pair<std::string, std::string>> facts;  // the campaign's own
-  std::string chain_head;                                  // SHA-256 over all readings
+  std::vector<ErrorTable> tables = {};
+  std::optional<Contest> contest = {};
+  std::optional<CircleTable> circles = {};
+  std::optional<Identification> identification = {};
+  std::optional<NetworkFit> network = {};
+  std::vector<SessionRow> sessions = {};
+  std::vector<JobRow> jobs = {};
+  std::vector<std::string> exclusions = {};                     // "seq 7: beam hit by a sleeve"
+  std::vector<std::pair<std::string, std::string>> facts = {};  // the campaign's own
+  std::string chain_head = {};                                  // SHA-256 over all readings
 };
 
 /// The paper's figures for a table's id, where it printed any.

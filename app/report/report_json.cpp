@@ -133,8 +133,8 @@ nlohmann::ordered_json to_json(const Report& report) {
                {"n_readings", report.n_readings},
                {"n_excluded", report.n_excluded},
                {"noise", report.noise},
-               {"floor_mean_mm", report.floor_mean_mm},
-               {"floor_mean_deg", report.floor_mean_deg},
+               {"floor_mean_mm", optional_json(report.floor_mean_mm)},
+               {"floor_mean_deg", optional_json(report.floor_mean_deg)},
                {"tables", Json::array()}};
   for (const ErrorTable& table : report.tables) json["tables"].push_back(table_json(table));
   if (report.circles) json["tables"].push_back(circles_json(*report.circles));

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "app/cli/context.hpp"
 #include "app/report/print.hpp"
@@ -12,7 +13,23 @@ namespace {
 using cli::printable;
 
 std::string heading(const std::string& text) {
-  return "\n" + cli::bold(text) + "\n" + std::string(text.size(), '-') + "\n";
+  return "\n" + text + "\n" + std::string(text.size(), '-') + "\n";
+}
+
+/// Broken at blanks so that no line is wider than a terminal; further lines begin with `indent`.
+std::string wrapped(const std::string& text, const std::string& indent = "") {
+  constexpr std::size_t kWidth = 100;
+  std::string out, line;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!line.empty() && line.size() + 1 + word.size() > kWidth) {
+      out += line + "\n";
+      line = indent + word;
+    } else {
+      line += (line.empty() ? "" : " ") + word;
+    }
+  }
+  return out + line + "\n";
 }
 
 std::string method_words(const std::string& method) {
@@ -33,8 +50,10 @@ std::string error_columns(const Summary& s) {
 
 std::string row(const std::string& label, const std::string& set, const std::string& n,
                 const std::string& before, const std::string& after, const std::string& better) {
-  return fmt::format("{:<15} {:<12} {:>4}  {:<31}  {:<31} {:>9}\n", label, set, n, before, after,
-                     better);
+  std::string line = fmt::format("{:<15} {:<12} {:>4}  {:<31}  {:<31} {:>9}", label, set, n, before,
+                                 after, better);
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + "\n";
 }
 
 std::string paper_row(const PaperFigures& paper, bool in_sample) {
@@ -64,9 +83,9 @@ std::string figure_tables(const Report& report, const std::string& figure) {
                 percent(improvement_pct(table.before, table.after)));
     if (table.paper) text += paper_row(*table.paper, table.in_sample);
   }
-  if (!text.empty()) {
-    const double floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
-    text += row("noise floor", "", "", "", fmt::format("{:7.4f}", floor), "");
+  const auto& floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
+  if (!text.empty() && floor) {
+    text += row("noise floor", "", "", "", fmt::format("{:7.4f}", *floor), "");
   }
   return text;
 }
@@ -75,13 +94,12 @@ std::string notes(const Report& report) {
   bool predicted = false;
   for (const ErrorTable& table : report.tables) predicted = predicted || table.after_predicted;
   std::string text =
-      "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has seen.\n"
-      "noise floor: what a perfect robot reads on average, " +
-      report.noise + ".\n";
+      "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has seen.\n" +
+      wrapped("noise floor: what a perfect robot reads on average; " + report.noise + ".");
   if (predicted) {
     text +=
-        "*: \"after\" is predicted from the readings before, not measured again: "
-        "the robot keeps its\n   error, only the command changes.\n";
+        "*: \"after\" is predicted from the readings before, not measured again: the robot keeps its\n"
+        "   error, only the command changes.\n";
   }
   return text;
 }
@@ -146,7 +164,7 @@ std::string identification_text(const Identification& found) {
     if (!p.identified && p.epoch == 1) others += (others.empty() ? "" : ", ") + p.name;
   }
   if (!others.empty()) text += "not identified one by one: " + others + "\n";
-  for (const std::string& sentence : found.words) text += "- " + sentence + "\n";
+  for (const std::string& sentence : found.words) text += wrapped("- " + sentence, "  ");
   return text;
 }
 
@@ -215,19 +233,21 @@ std::string verdict(const Report& report) {
     return fmt::format("{} readings, no calibration yet.", report.n_readings);
   }
   return fmt::format(
-      "On {} {} points {} brings the mean position error from {:.4f} to {:.4f} mm ({}, {}); "
-      "a perfect robot would read {:.4f} mm.",
+      "On {} {} points {} brings the mean position error from {:.4f} to {:.4f} mm ({}, {}){}.",
       best->before.n, best->in_sample ? "fitted" : "unseen", method_words(best->method),
       best->before.mean, best->after.mean, percent(improvement_pct(best->before, best->after)),
-      best->after_predicted ? "predicted" : "measured again", report.floor_mean_mm);
+      best->after_predicted ? "predicted" : "measured again",
+      report.floor_mean_mm
+          ? fmt::format("; a perfect robot would read {:.4f} mm", *report.floor_mean_mm)
+          : "");
 }
 
 std::string to_text(const Report& report) {
-  std::string text = cli::bold("Campaign " + printable(report.campaign)) +
+  std::string text = "Campaign " + printable(report.campaign) +
                      fmt::format(": {}{}, {} readings", report.simulated ? "SIMULATED" : "real",
                                  report.imported ? ", imported" : "", report.n_readings);
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
-  text += "\n" + report.mechanism + "\n\n" + verdict(report) + "\n";
+  text += "\n" + report.mechanism + "\n\n" + wrapped(verdict(report));
   text += figure_tables(report, "position") + figure_tables(report, "attitude");
   if (!report.tables.empty()) text += notes(report);
   if (report.contest) text += contest_text(*report.contest);

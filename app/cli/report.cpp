@@ -1,0 +1,49 @@
+#include "app/cli/report.hpp"
+
+#include <unistd.h>
+
+#include <sstream>
+
+#include "app/report/gather.hpp"
+#include "app/report/print.hpp"
+#include "store/open.hpp"
+
+namespace trammel::cli {
+
+std::string with_bold_headings(const std::string& text) {
+  if (!colour(STDOUT_FILENO)) return text;
+  std::string out, line, next;
+  std::istringstream in(text);
+  for (bool more = static_cast<bool>(std::getline(in, line)); more; line = next) {
+    next.clear();
+    more = static_cast<bool>(std::getline(in, next));
+    out += (next.starts_with("---") ? bold(line) : line) + "\n";
+  }
+  return out;
+}
+
+void print_report(const std::string& campaign, const Context& context) {
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  const report::Report found =
+      report::gather(connection, store::require_campaign(connection, campaign));
+  if (context.json) {
+    context.print("report", report::to_json(found));
+  } else {
+    context.print(with_bold_headings(report::to_text(found)));
+  }
+}
+
+ExitCode run_report(const ReportOptions& options, Context& context) {
+  print_report(options.campaign, context);
+  return ExitCode::ok;
+}
+
+void setup_report(CLI::App& app, Context& context) {
+  auto options = std::make_shared<ReportOptions>();
+  CLI::App* command =
+      app.add_subcommand("report", "Accuracy before and after, and what it rests on");
+  command->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
+  on_run(*command, context, options, run_report);
+}
+
+}  // namespace trammel::cli

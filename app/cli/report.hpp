@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "app/cli/context.hpp"
+
+namespace trammel::cli {
+
+struct ReportOptions {
+  std::string campaign;
+};
+
+/// `report CAMPAIGN`: before and after, for each figure whether in-sample or held-out.
+void setup_report(CLI::App& app, Context& context);
+ExitCode run_report(const ReportOptions& options, Context& context);
+
+/// `text` with its underlined headings bold, on a terminal that may be coloured.
+std::string with_bold_headings(const std::string& text);
+
+/// Prints the report of a campaign, as text or JSON.
+void print_report(const std::string& campaign, const Context& context);
+
+}  // namespace trammel::cli

@@ -1,0 +1,64 @@
+#include "app/report/from_job.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace trammel::report {
+
+namespace {
+
+using Json = nlohmann::json;
+
+ParameterRow parameter_row(const Json& p, const char* value) {
+  ParameterRow row;
+  row.name = p.at("name");
+  row.unit = p.at("unit");
+  row.epoch = p.value("epoch", 1);
+  row.identified = p.value("identified", true);
+  if (row.identified) {
+    row.value = p.at(value);
+    row.standard_uncertainty = p.at("standard_uncertainty");
+  }
+  return row;
+}
+
+std::optional<double> optional_number(const Json& value) {
+  if (value.is_null()) return std::nullopt;
+  return value.get<double>();
+}
+
+}  // namespace
+
+Identification identification_of(const store::Job& lsq) {
+  const Json result = Json::parse(lsq.data.result_json);
+  const Json& details = result.at("details");
+  Identification found;
+  found.job_key = lsq.data.key.key;
+  found.rank = details.at("rank");
+  found.columns = details.at("columns");
+  for (const Json& p : details.at("parameters")) {
+    found.parameters.push_back(parameter_row(p, "change"));
+  }
+  for (const Json& p : details.at("combinations")) {
+    found.combinations.push_back(parameter_row(p, "value"));
+  }
+  found.words = result.at("words");
+  return found;
+}
+
+NetworkFit network_of(const store::Job& rbf) {
+  const Json details = Json::parse(rbf.data.result_json).at("details");
+  const Json& training = details.at("training");
+  NetworkFit fit;
+  fit.neurons = details.at("neurons");
+  fit.n = details.at("samples");
+  fit.sigma_mm = details.at("sigma_mm");
+  fit.mae_mm = training.at("mae_mm");
+  fit.mse_mm2 = training.at("mse_mm2");
+  for (std::size_t i = 0; i < fit.r2.size(); ++i) {
+    fit.r2_pearson[i] = optional_number(training.at("joints").at(i).at("r2_pearson"));
+    fit.r2[i] = optional_number(training.at("joints").at(i).at("r2"));
+  }
+  return fit;
+}
+
+}  // namespace trammel::report

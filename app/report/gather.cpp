@@ -1,0 +1,262 @@
+#include "app/report/gather.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/cli/context.hpp"
+#include "app/report/from_job.hpp"
+#include "app/report/measured.hpp"
+#include "core/assess/circle.hpp"
+#include "core/assess/deviation.hpp"
+#include "core/measure/noise.hpp"
+#include "core/units.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+using Jobs = std::map<std::string, store::Job>;  // by stage
+
+/// Per stage the job a session was compensated by, else the newest.
+Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Measured& measured) {
+  Jobs jobs;
+  const auto is_used = [&measured](store::Id id) {
+    return std::any_of(measured.walks.begin(), measured.walks.end(),
+                       [id](const Walk& walk) { return walk.session.compensation_job == id; });
+  };
+  for (const store::JobRow& row : store::list_jobs(connection, campaign_id)) {
+    const auto known = jobs.find(row.stage);
+    if (known != jobs.end()) {
+      const bool used = is_used(row.id), known_used = is_used(known->second.id);
+      if (known_used && !used) continue;
+      if (known_used == used && known->second.id > row.id) continue;
+    }
+    jobs.insert_or_assign(row.stage, store::get_job(connection, row.id));
+  }
+  return jobs;
+}
+
+double error_of(const Pose& measured, const Pose& target, bool position) {
+  return position ? position_error_mm(measured, target)
+                  : deg_from_rad(attitude_error_rad(measured, target));
+}
+
+struct Errors {
+  std::vector<double> before, after;
+};
+
+Errors errors_of(const std::vector<Pair>& pairs, bool position) {
+  Errors errors;
+  for (const Pair& pair : pairs) {
+    const Reading& reading = pair.before->reading;
+    errors.before.push_back(error_of(*reading.measured, reading.target, position));
+    errors.after.push_back(error_of(pair.after, reading.target, position));
+  }
+  return errors;
+}
+
+bool fitted(const store::Job& job, const Group& group) {
+  const auto& sessions = job.data.sessions;
+  return group.set == ReadingSet::identify &&
+         std::find(sessions.begin(), sessions.end(), group.walk->session.id) != sessions.end();
+}
+
+void add_tables(Report& report, const Group& group, const store::Job& job, const Paired& paired) {
+  for (const bool position : {true, false}) {
+    const Errors errors = errors_of(paired.pairs, position);
+    ErrorTable table;
+    table.method = job.data.stage;
+    table.figure = position ? "position" : "attitude";
+    table.unit = position ? "mm" : "deg";
+    table.id = fmt::format("{}-{}-{}", table.method, paired.pairs.size(), table.figure);
+    const bool taken =
+        std::any_of(report.tables.begin(), report.tables.end(),
+                    [&table](const ErrorTable& other) { return other.id == table.id; });
+    if (taken) table.id += "-" + group.walk->session.name;
+    table.set = group.set == ReadingSet::identify ? "identify" : "validate";
+    table.in_sample = fitted(job, group);
+    table.after_predicted = paired.predicted;
+    table.before = summarise(errors.before);
+    table.after = summarise(errors.after);
+    table.paper = paper_figures(table.id);
+    report.tables.push_back(std::move(table));
+  }
+}
+
+/// Two-sided 95 % of Student's t, by the expansion of Cornish and Fisher in 1/n; to 1 % from n = 5.
+double student_95(double degrees) {
+  constexpr double z = 1.959963985;
+  return z + (z * z * z + z) / (4 * degrees) +
+         (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * degrees * degrees);
+}
+
+std::optional<Contest> contest_of(const std::string& name_a, const Paired& a,
+                                  const std::string& name_b, const Paired& b) {
+  if (a.pairs.size() != b.pairs.size() || a.predicted != b.predicted || a.pairs.size() < 5) {
+    return std::nullopt;
+  }
+  const std::vector<double> left_a = errors_of(a.pairs, true).after;
+  const std::vector<double> left_b = errors_of(b.pairs, true).after;
+  const double n = static_cast<double>(left_a.size());
+  Contest contest{.a = name_a, .b = name_b, .n = static_cast<int>(left_a.size())};
+  for (std::size_t k = 0; k < left_a.size(); ++k) {
+    contest.mean_difference_mm += (left_a[k] - left_b[k]) / n;
+    contest.b_better += left_b[k] < left_a[k] ? 1 : 0;
+  }
+  double squares = 0;
+  for (std::size_t k = 0; k < left_a.size(); ++k) {
+    squares += std::pow(left_a[k] - left_b[k] - contest.mean_difference_mm, 2);
+  }
+  contest.half_width_mm = student_95(n - 1) * std::sqrt(squares / (n - 1) / n);
+  return contest;
+}
+
+/// Methods in the paper's order, then the others by name.
+std::vector<const store::Job*> in_order(const Jobs& jobs) {
+  std::vector<const store::Job*> order;
+  const std::vector<std::string> first = {"lsq", "idw", "rbf"};
+  for (const std::string& stage : first) {
+    if (const auto job = jobs.find(stage); job != jobs.end()) order.push_back(&job->second);
+  }
+  for (const auto& [stage, job] : jobs) {
+    if (std::find(first.begin(), first.end(), stage) == first.end()) order.push_back(&job);
+  }
+  return order;
+}
+
+/// A map meets its own samples by construction: only "measured again" says something there.
+bool worth_showing(const store::Job& job, const Group& group, const Paired& paired) {
+  const bool map = job.data.stage == "idw" || job.data.stage == "rbf";
+  return !paired.pairs.empty() && !(map && fitted(job, group) && paired.predicted);
+}
+
+CircleDeviation deviation(const FittedCircle& seen, const FittedCircle& wanted) {
+  return {seen.x_mm - wanted.x_mm, seen.y_mm - wanted.y_mm, seen.radius_mm - wanted.radius_mm};
+}
+
+/// Rounded to a nanometre, and no -0: for showing what was asked for.
+double tidy_mm(double value_mm) { return std::round(value_mm * 1e6) / 1e6 + 0.0; }
+
+CircleTable circle_table(const store::Job& job, const Paired& paired) {
+  CircleTable table{.method = job.data.stage, .after_predicted = paired.predicted};
+  const Errors errors = errors_of(paired.pairs, true);
+  table.before = summarise(errors.before);
+  table.after = summarise(errors.after);
+  std::map<std::string, std::vector<const Pair*>> by_role;
+  for (const Pair& pair : paired.pairs) by_role[pair.before->role].push_back(&pair);
+  for (const auto& [role, pairs] : by_role) {
+    std::vector<Pose> targets, before, after;
+    for (const Pair* pair : pairs) {
+      targets.push_back(pair->before->reading.target);
+      before.push_back(*pair->before->reading.measured);
+      after.push_back(pair->after);
+    }
+    const FittedCircle wanted = fit_circle(targets);
+    table.rows.push_back({.name = role,
+                          .x_mm = tidy_mm(wanted.x_mm),
+                          .y_mm = tidy_mm(wanted.y_mm),
+                          .radius_mm = tidy_mm(wanted.radius_mm),
+                          .n = static_cast<int>(pairs.size()),
+                          .before = deviation(fit_circle(before), wanted),
+                          .after = deviation(fit_circle(after), wanted)});
+  }
+  return table;
+}
+
+/// Circles under the job they were measured again with; else predicted by the last method.
+void add_circles(Report& report, const Measured& measured, const Group& group,
+                 const std::vector<const store::Job*>& jobs) {
+  for (const store::Job* job : jobs) {
+    const Paired pairs = paired(measured, group, *job);
+    if (pairs.pairs.size() < 3) continue;
+    if (report.circles && pairs.predicted) continue;
+    report.circles = circle_table(*job, pairs);
+  }
+}
+
+void add_noise(Report& report, const Measured& measured) {
+  try {
+    const NoiseLevel noise = noise_level(measured.campaign);
+    report.noise = noise.words;
+    report.floor_mean_mm = noise_floor_mean_mm(noise.sigma.xy_mm);
+    // The mean of |N(0, sigma)|.
+    report.floor_mean_deg = deg_from_rad(noise.sigma.phi_rad) * std::sqrt(2 / kPi);
+  } catch (const InputError& error) {
+    report.noise = error.text().what;
+  }
+}
+
+std::string mechanism_line(const Mechanism& mechanism) {
+  const Chain& c = mechanism.geometry.chains[0];
+  return fmt::format(
+      "3-PRR: R {:g}, S {:g}, r {:g} mm, screw lead {:g} mm; zeroed at ({:g}, {:g}) mm, {:g} deg",
+      c.R_mm, c.S_mm, c.r_mm, mechanism.screw_lead_mm, mechanism.home.x_mm, mechanism.home.y_mm,
+      deg_from_rad(mechanism.home.phi_rad));
+}
+
+void add_origin(Report& report, store::Connection& connection, store::Id campaign_id,
+                const Measured& measured) {
+  std::map<store::Id, std::string> stages;
+  for (const store::JobRow& job : store::list_jobs(connection, campaign_id)) {
+    stages[job.id] = job.stage;
+    report.jobs.push_back({job.id, job.stage, job.key});
+  }
+  for (const Walk& walk : measured.walks) {
+    const auto& job = walk.session.compensation_job;
+    report.sessions.push_back(
+        {.name = walk.session.name,
+         .plan = walk.session.plan_name,
+         .compensation = job ? fmt::format("{} (job {})", stages[*job], *job) : "",
+         .n_points = walk.session.n_points,
+         .n_readings = walk.session.n_readings,
+         .n_epochs = walk.n_epochs});
+  }
+  for (const store::Exclusion& e : measured.exclusions) {
+    report.exclusions.push_back(fmt::format("seq {}: {}", e.seq, e.reason));
+  }
+  for (const auto& fact : measured.campaign.facts) report.facts.push_back(fact);
+  report.chain_head = store::hex(store::chain_head(connection, campaign_id));
+}
+
+}  // namespace
+
+Report gather(store::Connection& connection, const store::CampaignRow& campaign) {
+  const Measured measured = load_measured(connection, campaign);
+  const Jobs jobs = chosen_jobs(connection, campaign.id, measured);
+  const std::vector<const store::Job*> methods = in_order(jobs);
+  Report report{.campaign = campaign.name,
+                .simulated = campaign.simulated,
+                .imported = campaign.imported,
+                .mechanism = mechanism_line(measured.campaign.mechanism),
+                .noise = {},
+                .n_readings = campaign.n_readings - campaign.n_exclusions,
+                .n_excluded = campaign.n_exclusions};
+  add_noise(report, measured);
+  for (const Group& group : baseline_groups(measured)) {
+    if (group.circles) {
+      add_circles(report, measured, group, methods);
+      continue;
+    }
+    std::map<std::string, Paired> held_out;
+    for (const store::Job* job : methods) {
+      Paired pairs = paired(measured, group, *job);
+      if (!worth_showing(*job, group, pairs)) continue;
+      add_tables(report, group, *job, pairs);
+      if (!fitted(*job, group)) held_out.emplace(job->data.stage, std::move(pairs));
+    }
+    if (held_out.contains("idw") && held_out.contains("rbf") && !report.contest) {
+      report.contest = contest_of("idw", held_out.at("idw"), "rbf", held_out.at("rbf"));
+    }
+  }
+  if (const auto lsq = jobs.find("lsq"); lsq != jobs.end()) {
+    report.identification = identification_of(lsq->second);
+  }
+  if (const auto rbf = jobs.find("rbf"); rbf != jobs.end())
+    report.network = network_of(rbf->second);
+  add_origin(report, connection, campaign.id, measured);
+  return report;
+}
+
+}  // namespace trammel::report
