@@ -5,6 +5,7 @@
 #include "app/cli/campaign_exchange.hpp"
 #include "app/cli/db.hpp"
 #include "app/cli/job.hpp"
+#include "app/cli/protocol.hpp"
 #include "app/cli/query.hpp"
 #include "app/cli/reading.hpp"
 #include "app/cli/report.hpp"
@@ -15,6 +16,8 @@ const std::vector<Setup>& commands() {
   // One a line, in the order of a campaign.
   // clang-format off
   static const std::vector<Setup> table = {
+      setup_demo,
+      setup_protocol,
       setup_campaign,
       setup_campaign_exchange,
       setup_reading,

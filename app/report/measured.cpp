@@ -36,6 +36,7 @@ Walk make_walk(store::Connection& connection, const store::SessionRow& session,
       if (point == points.end()) continue;
       visit.point = point->second.seq;
       visit.role = point->second.role;
+      if (visit.role.starts_with("reference")) continue;  // a resume's check, no result
     }
     walk.visits.push_back(std::move(visit));
   }

@@ -19,11 +19,11 @@ struct PaperFigures {
 
 /// Errors of the same poses before and after a correction, mm or deg.
 struct ErrorTable {
-  std::string id = {};                // "lsq-80-position"
-  std::string method = {};            // "lsq"
-  std::string figure = {};            // "position", "attitude"
-  std::string unit = {};              // "mm", "deg"
-  std::string set = {};               // "identify", "validate"
+  std::string id = {};           // "lsq-80-position"
+  std::string method = {};       // "lsq"
+  std::string figure = {};       // "position", "attitude"
+  std::string unit = {};         // "mm", "deg"
+  std::string set = {};          // "identify", "validate"
   bool in_sample = false;        // judged on the poses that were fitted
   bool after_predicted = false;  // by the correction from the readings before; else measured again
   Summary before = {};
@@ -103,8 +103,8 @@ struct Report {
   std::string campaign = {};
   bool simulated = false;
   bool imported = false;
-  std::string mechanism = {};                     // one line
-  std::string noise = {};                         // where the sigmas come from
+  std::string mechanism = {};                // one line
+  std::string noise = {};                    // where the sigmas come from
   std::optional<double> floor_mean_mm = {};  // none: the noise is not known
   std::optional<double> floor_mean_deg = {};
   int n_readings = 0;

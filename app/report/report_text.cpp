@@ -33,9 +33,9 @@ std::string wrapped(const std::string& text, const std::string& indent = "") {
 }
 
 std::string method_words(const std::string& method) {
-  if (method == "lsq") return "least squares (geometry)";
+  if (method == "lsq") return "least squares on the geometry";
   if (method == "idw") return "inverse distance weighting";
-  if (method == "rbf") return "radial basis network";
+  if (method == "rbf") return "the radial basis network";
   return method;
 }
 
@@ -94,11 +94,13 @@ std::string notes(const Report& report) {
   bool predicted = false;
   for (const ErrorTable& table : report.tables) predicted = predicted || table.after_predicted;
   std::string text =
-      "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has seen.\n" +
+      "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has "
+      "seen.\n" +
       wrapped("noise floor: what a perfect robot reads on average; " + report.noise + ".");
   if (predicted) {
     text +=
-        "*: \"after\" is predicted from the readings before, not measured again: the robot keeps its\n"
+        "*: \"after\" is predicted from the readings before, not measured again: the robot keeps "
+        "its\n"
         "   error, only the command changes.\n";
   }
   return text;
@@ -124,7 +126,7 @@ std::string circles_text(const CircleTable& circles) {
   std::string text =
       heading(fmt::format("Circles [mm], held-out, after: {}{}", method_words(circles.method),
                           circles.after_predicted ? ", predicted" : ", measured again"));
-  text += fmt::format("{:<27} {:>3}  {:<26}    {:<26}\n", "", "", "before", "after");
+  text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "", "", "before", "after");
   const std::string names = fmt::format("{:>8} {:>8} {:>8}", "centre x", "centre y", "radius");
   text += fmt::format("{:<27} {:>3}  {}    {}\n", "deviation of", "n", names, names);
   for (const CircleRow& c : circles.rows) {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "app/cli/context.hpp"
+
+namespace trammel::cli {
+
+struct ProtocolOptions {
+  std::string file;
+};
+struct DemoOptions {
+  std::string folder = "trammel-demo";
+};
+
+/// `protocol run FILE`: a whole campaign as data, resumed where an earlier run ended.
+void setup_protocol(CLI::App& app, Context& context);
+ExitCode run_protocol(const ProtocolOptions& options, Context& context);
+
+/// `demo`: the paper's protocol on the virtual robot, into a folder of its own.
+void setup_demo(CLI::App& app, Context& context);
+ExitCode run_demo(const DemoOptions& options, Context& context);
+
+}  // namespace trammel::cli

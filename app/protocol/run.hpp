@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/protocol/protocol.hpp"
+#include "app/session/session.hpp"
+#include "store/connection.hpp"
+
+namespace trammel::protocol {
+
+struct StepOutcome {
+  std::string name;
+  std::string kind;          // "measure", "calibrate"
+  bool done_before = false;  // stored by an earlier run: nothing was repeated
+  std::string detail;        // "80 points", "job 3"
+  ExitCode code = ExitCode::ok;
+};
+
+struct Outcome {
+  std::vector<StepOutcome> steps;  // up to the one that did not end well
+  ExitCode code = ExitCode::ok;
+};
+
+/// Executes the steps in order into the campaign of the protocol's name. Whatever an earlier run
+/// has stored is kept: a session goes on at its first missing point, a job of the same key is
+/// reused. A step that is stopped or faults ends the run with its exit code. `tell` hears each step
+/// as it ends. Proof: killed at random times and run again, the final numbers are those of an
+/// undisturbed run (demo_test.cpp).
+Outcome run(store::Connection& connection, const Protocol& protocol,
+            const session::Surroundings& surroundings,
+            const std::function<void(const StepOutcome&)>& tell);
+
+/// The plan a protocol names: "paper-80", "paper-48", "circles".
+Plan named_plan(const std::string& name, ReadingSet set);
+
+}  // namespace trammel::protocol
