@@ -5,10 +5,13 @@
 #include "app/cli/campaign_exchange.hpp"
 #include "app/cli/db.hpp"
 #include "app/cli/job.hpp"
+#include "app/cli/mechanism.hpp"
+#include "app/cli/plan.hpp"
 #include "app/cli/protocol.hpp"
 #include "app/cli/query.hpp"
 #include "app/cli/reading.hpp"
 #include "app/cli/report.hpp"
+#include "app/cli/session.hpp"
 
 namespace trammel::cli {
 
@@ -18,12 +21,15 @@ const std::vector<Setup>& commands() {
   static const std::vector<Setup> table = {
       setup_demo,
       setup_protocol,
+      setup_plan,
+      setup_session,
       setup_campaign,
       setup_campaign_exchange,
       setup_reading,
       setup_calibrate,
       setup_job,
       setup_report,
+      setup_mechanism,
       setup_query,
       setup_db,
   };

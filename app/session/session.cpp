@@ -133,12 +133,10 @@ ExitCode Outcome::exit_code() const {
   return state == State::stopped ? ExitCode::interrupted : ExitCode::ok;
 }
 
-Outcome dry_run(store::Connection& connection, const Request& request,
-                const Surroundings& surroundings) {
+Outcome dry_run(const Request& request, const Correction& correction) {
   const device::Devices devices = device::open_devices(request.stage, request.tracker);
   std::vector<Displacements> commands;
-  return checked(request, devices,
-                 correction_of(connection, request.compensation_job, surroundings), commands);
+  return checked(request, devices, correction, commands);
 }
 
 Outcome run(store::Connection& connection, const Request& request,

@@ -49,8 +49,7 @@ struct Outcome {
 };
 
 /// The whole plan as it would be commanded, checked; nothing is stored and nothing moves.
-Outcome dry_run(store::Connection& connection, const Request& request,
-                const Surroundings& surroundings);
+Outcome dry_run(const Request& request, const Correction& correction);
 
 /// Checks the whole plan, stores the session, then measures point by point: the intent is committed
 /// before the move, readings and attempt = ok in one transaction. Throws InputError when the

@@ -1,0 +1,227 @@
+#include "app/cli/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "app/exchange/files.hpp"
+#include "app/exchange/mechanism_json.hpp"
+#include "app/session/plan_json.hpp"
+#include "core/plan/named.hpp"
+#include "core/units.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+struct CreateOptions {
+  std::string grid;
+  std::string name;  // default: the grid's
+  std::string out;
+  double step_mm = 10;
+  int count = 10;
+  double half_width_mm = 100;
+  std::vector<double> centre_mm = {0, 0};
+  double radius_mm = 50;
+  int points = 72;
+  std::vector<double> orientations_deg = {0};
+  std::vector<std::string> approaches = {"000"};
+  double approach_mm = 5;
+  int repeats = 1;
+  std::string order = "listed";
+  int seed = 1;
+  std::string set = "identify";
+  int references = 0;
+  std::string mechanism;
+  double travel_mm = 50;
+  int targets = 11;
+  int runs = 5;
+};
+
+struct FileOptions {
+  std::string file;
+  std::string mechanism;
+  CheckOptions check;
+};
+
+Approach parse_approach(const std::string& text) {
+  const std::map<char, int> kSigns = {{'+', 1}, {'-', -1}, {'0', 0}};
+  Approach approach = {0, 0, 0};
+  bool good = text.size() == kChains;
+  for (std::size_t i = 0; good && i < kChains; ++i) {
+    good = kSigns.contains(text[i]);
+    if (good) approach[i] = kSigns.at(text[i]);
+  }
+  if (!good) {
+    throw UsageError({.what = "no direction of approach",
+                      .where = {.field = "--approach"},
+                      .got = text,
+                      .expected = "one of + - 0 per rail, as '+-0' or '000'"});
+  }
+  return approach;
+}
+
+Mechanism mechanism_of(const std::string& file) {
+  return file.empty() ? paper_mechanism() : read_mechanism_file(file);
+}
+
+std::vector<TargetGroup> groups_of(const CreateOptions& o) {
+  if (o.grid == "paper-80") return {{"", paper_80(o.step_mm, o.count)}};
+  if (o.grid == "lattice") return {{"", lattice(o.half_width_mm, o.step_mm)}};
+  if (o.grid == "circle") {
+    return {{"circle 1", circle({o.centre_mm[0], o.centre_mm[1], o.radius_mm}, o.points)}};
+  }
+  return named_groups(o.grid);
+}
+
+Plan plan_for(const CreateOptions& o) {
+  const std::string name = o.name.empty() ? o.grid : o.name;
+  if (o.grid == "rail") {
+    return rail_plan(mechanism_of(o.mechanism),
+                     {name, o.travel_mm, o.targets, o.runs, o.approach_mm});
+  }
+  PlanRequest request{.name = name, .groups = groups_of(o)};
+  request.orientations_rad.clear();
+  for (const double deg : o.orientations_deg) {
+    request.orientations_rad.push_back(rad_from_deg(deg));
+  }
+  request.approaches.clear();
+  for (const std::string& text : o.approaches) request.approaches.push_back(parse_approach(text));
+  request.repeats = o.repeats;
+  request.set = o.set == "validate" ? ReadingSet::validate : ReadingSet::identify;
+  const std::map<std::string, Order> kOrders = {
+      {"listed", Order::as_listed}, {"random", Order::random}, {"nearest", Order::nearest}};
+  request.order = kOrders.at(o.order);
+  request.seed = static_cast<std::uint64_t>(o.seed);
+  request.approach_mm = o.approach_mm;
+  request.references = o.references;
+  return build_plan(request);
+}
+
+ExitCode run_create(const CreateOptions& options, Context& context) {
+  const std::string text = session::plan_json(plan_for(options)).dump(1) + "\n";
+  if (options.out.empty()) {
+    context.print(text);
+    return ExitCode::ok;
+  }
+  write_file_atomically(options.out, text);
+  context.say("plan written to " + printable(options.out));
+  context.next("trammel plan check " + printable(options.out));
+  return ExitCode::ok;
+}
+
+std::string approach_text(const Approach& approach) {
+  std::string text;
+  for (const int d : approach) text += d > 0 ? '+' : d < 0 ? '-' : '0';
+  return text;
+}
+
+ExitCode run_show(const FileOptions& options, Context& context) {
+  const Plan plan = session::plan_of(options.file);
+  if (context.json) {
+    Json fields = session::plan_json(plan);
+    fields.erase("schema");  // this is the plan as a command's answer
+    fields["n_points"] = plan.points.size();
+    context.print("plan-show", fields);
+    return ExitCode::ok;
+  }
+  std::string text = fmt::format(
+      "{}: {} points\n seq       x mm       y mm   phi deg  approach  "
+      "repeat  set       group\n",
+      printable(plan.name), plan.points.size());
+  for (const PlannedPoint& p : plan.points) {
+    text += fmt::format("{:>4} {:>10.4f} {:>10.4f} {:>9.4f}  {:<8}  {:>6}  {:<8}  {}{}\n", p.seq,
+                        p.target.x_mm, p.target.y_mm, deg_from_rad(p.target.phi_rad),
+                        approach_text(p.approach), p.repeat,
+                        p.set == ReadingSet::validate ? "validate" : "identify", printable(p.group),
+                        p.reference ? " (reference)" : "");
+  }
+  context.print(text);
+  return ExitCode::ok;
+}
+
+ExitCode run_check(const FileOptions& options, Context& context) {
+  const Plan plan = session::plan_of(options.file);
+  const auto violations = check(plan, mechanism_of(options.mechanism), options.check);
+  if (context.json) {
+    context.print("plan-check", {{"plan", plan.name},
+                                 {"n_points", plan.points.size()},
+                                 {"safe", violations.empty()},
+                                 {"violations", session::violations_json(violations)}});
+  } else {
+    std::string text;
+    for (const Violation& v : violations) text += describe(v) + "\n";
+    text += violations.empty()
+                ? fmt::format("{}: {} points, every target and path is safe", printable(plan.name),
+                              plan.points.size())
+                : fmt::format("{}: {} violations", printable(plan.name), violations.size());
+    context.print(text);
+  }
+  return violations.empty() ? ExitCode::ok : ExitCode::not_acceptable;
+}
+
+void grid_options(CLI::App& c, CreateOptions& o) {
+  c.add_option("--step", o.step_mm, "paper-80, lattice: mm")->capture_default_str();
+  c.add_option("--count", o.count, "paper-80: points per arm")->capture_default_str();
+  c.add_option("--half-width", o.half_width_mm, "lattice: mm")->capture_default_str();
+  c.add_option("--centre", o.centre_mm, "circle: x y in mm")->expected(2);
+  c.add_option("--radius", o.radius_mm, "circle: mm")->capture_default_str();
+  c.add_option("--points", o.points, "circle: how many")->capture_default_str();
+  c.add_option("--mechanism", o.mechanism, "rail: mechanism file (the paper's)");
+  c.add_option("--travel", o.travel_mm, "rail: mm to either side of home")->capture_default_str();
+  c.add_option("--targets", o.targets, "rail: targets per run")->capture_default_str();
+  c.add_option("--runs", o.runs, "rail: runs, each in both directions")->capture_default_str();
+}
+
+void setup_create(CLI::App& plan, Context& context) {
+  CLI::App& c = *plan.add_subcommand("create", "Make a plan and print it, or write it to a file");
+  auto o = std::make_shared<CreateOptions>();
+  std::vector<std::string> grids = grid_names();
+  grids.insert(grids.end(), {"lattice", "circle", "rail"});
+  c.add_option("grid", o->grid, "which points")->required()->check(CLI::IsMember(grids));
+  c.add_option("--out", o->out, "file to write (stdout)");
+  c.add_option("--name", o->name, "of the plan (the grid's)");
+  grid_options(c, *o);
+  c.add_option("--orientations", o->orientations_deg, "deg, added to each pose")->delimiter(',');
+  c.add_option("--approach", o->approaches, "+, - or 0 per rail, several with commas: +++,---")
+      ->delimiter(',');
+  c.add_option("--approach-distance", o->approach_mm, "length of the last move, mm")
+      ->capture_default_str();
+  c.add_option("--repeats", o->repeats, "rounds")->capture_default_str();
+  c.add_option("--order", o->order, "of each round")
+      ->check(CLI::IsMember(std::vector<std::string>{"listed", "random", "nearest"}))
+      ->capture_default_str();
+  c.add_option("--seed", o->seed, "of the random order")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  c.add_option("--set", o->set, "identify or validate")
+      ->check(CLI::IsMember(std::vector<std::string>{"identify", "validate"}))
+      ->capture_default_str();
+  c.add_option("--references", o->references, "this many first points serve as references")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  on_run(c, context, o, run_create);
+}
+
+}  // namespace
+
+void setup_plan(CLI::App& app, Context& context) {
+  CLI::App& plan = noun(app, "plan", "Which poses a session measures, and how it comes to them");
+  setup_create(plan, context);
+  CLI::App& show = *plan.add_subcommand("show", "List the points of a plan");
+  auto shown = std::make_shared<FileOptions>();
+  show.add_option("plan", shown->file, "file, or the name of a grid")->required();
+  on_run(show, context, shown, run_show);
+  CLI::App& checked =
+      *plan.add_subcommand("check", "Every target and every path; lists all faults");
+  auto options = std::make_shared<FileOptions>();
+  checked.add_option("plan", options->file, "file, or the name of a grid")->required();
+  checked.add_option("--mechanism", options->mechanism, "mechanism file (the paper's)");
+  checked.add_option("--limit-margin", options->check.limit_margin_mm, "free stroke, mm")
+      ->capture_default_str();
+  checked.add_option("--singularity-margin", options->check.singularity_margin, "0 to 1")
+      ->capture_default_str();
+  on_run(checked, context, options, run_check);
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "app/cli/context.hpp"
+
+namespace trammel::cli {
+
+/// session run|resume|status|stop
+void setup_session(CLI::App& app, Context& context);
+
+}  // namespace trammel::cli
