@@ -8,6 +8,7 @@
 #include "app/device/open.hpp"
 #include "app/device/robot_json.hpp"
 #include "app/device/simulated.hpp"
+#include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
