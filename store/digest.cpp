@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include <bit>
+#include <cstring>
 
 namespace trammel::store {
 
@@ -18,14 +19,27 @@ std::array<unsigned char, 8> little_endian(std::uint64_t value) {
 
 Digest::Digest() { crypto_hash_sha256_init(&state_); }
 
+void Digest::flush() {
+  crypto_hash_sha256_update(&state_, buffer_.data(), filled_);
+  filled_ = 0;
+}
+
 void Digest::add(char type, const void* bytes, std::size_t size) {
-  const auto letter = static_cast<unsigned char>(type);
-  crypto_hash_sha256_update(&state_, &letter, 1);
+  constexpr std::size_t kHead = 9;  // letter and length
+  if (filled_ + kHead + size > buffer_.size()) flush();
+  buffer_[filled_++] = static_cast<unsigned char>(type);
   if (type == 't' || type == 'b') {
     const auto length = little_endian(size);
-    crypto_hash_sha256_update(&state_, length.data(), length.size());
+    std::memcpy(buffer_.data() + filled_, length.data(), length.size());
+    filled_ += length.size();
   }
-  crypto_hash_sha256_update(&state_, static_cast<const unsigned char*>(bytes), size);
+  if (filled_ + size > buffer_.size()) {
+    flush();
+    crypto_hash_sha256_update(&state_, static_cast<const unsigned char*>(bytes), size);
+  } else if (size > 0) {
+    std::memcpy(buffer_.data() + filled_, bytes, size);
+    filled_ += size;
+  }
 }
 
 Digest& Digest::operator<<(std::nullopt_t) {
@@ -78,6 +92,7 @@ Digest& Digest::row(const Statement& statement, int columns) {
 }
 
 Sha256 Digest::finish() {
+  flush();
   Sha256 result{};
   crypto_hash_sha256_final(&state_, result.data());
   return result;

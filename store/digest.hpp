@@ -37,7 +37,10 @@ class Digest {
 
  private:
   void add(char type, const void* bytes, std::size_t size);
+  void flush();
   crypto_hash_sha256_state state_;
+  std::array<unsigned char, 1024> buffer_;  // libsodium pays per call: values are gathered here
+  std::size_t filled_ = 0;
 };
 
 /// 64 lower-case digits.

@@ -105,8 +105,12 @@ ReadingSet reading_set(std::string_view name) {
 }
 
 ReadingWriter::ReadingWriter(Connection& connection, Id campaign_id)
-    : connection_(connection), campaign_id_(campaign_id) {
-  Statement last(connection_,
+    : insert_(connection, std::string("INSERT INTO reading (") + kReadingColumns +
+                              ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
+      campaign_id_(campaign_id) {
+  Statement largest(connection, "SELECT coalesce(max(reading_id), 0) FROM reading");
+  if (largest.step()) next_id_ = largest.integer(0) + 1;
+  Statement last(connection,
                  "SELECT seq, sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
   last << campaign_id;
   if (!last.step()) return;
@@ -115,29 +119,25 @@ ReadingWriter::ReadingWriter(Connection& connection, Id campaign_id)
 }
 
 int ReadingWriter::add(const NewReading& data, Id session_id, std::optional<Id> attempt_id) {
-  static const std::string sql = std::string("INSERT INTO reading (") + kReadingColumns +
-                                 ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
-  Statement next(connection_, "SELECT coalesce(max(reading_id), 0) + 1 FROM reading");
-  static_cast<void>(next.step());
-  const Id reading_id = next.integer(0);
   if (data.extra_json) static_cast<void>(canonical_json(*data.extra_json, "extra_json"));
   const Reading& reading = data.reading;
   const int seq = reading.seq > 0 ? reading.seq : last_seq_ + 1;
-  Statement insert(connection_, sql);
   Digest digest;
   digest << Bytes(head_);
-  Row row{insert, digest};
-  row << reading_id << campaign_id_ << seq << session_id << reading.conditions.epoch << attempt_id
+  insert_.reset();
+  Row row{insert_, digest};
+  row << next_id_ << campaign_id_ << seq << session_id << reading.conditions.epoch << attempt_id
       << name_of(reading.set) << reading.target << reading.conditions.cmd_mm
       << reading.conditions.from_mm;
   row.triple(reading.measured).triple(data.encoder_mm);
   row << reading.conditions.time_s << reading.conditions.temp_degc << data.raw_reply
       << data.extra_json;
   const Sha256 sha256 = digest.finish();
-  insert << Bytes(sha256);
-  insert.run();
+  insert_ << Bytes(sha256);
+  insert_.run();
   head_ = sha256;
   last_seq_ = seq;
+  ++next_id_;
   return seq;
 }
 

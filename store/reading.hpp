@@ -42,8 +42,9 @@ class ReadingWriter {
   int add(const NewReading& reading, Id session_id, std::optional<Id> attempt_id);
 
  private:
-  Connection& connection_;
+  Statement insert_;
   Id campaign_id_;
+  Id next_id_ = 1;
   int last_seq_ = 0;
   Sha256 head_{};
 };

@@ -365,7 +365,6 @@ BEGIN SELECT RAISE(ABORT, 'attempt: what is stored can not be deleted'); END;
 
 CREATE TRIGGER reading_insert BEFORE INSERT ON reading
 WHEN EXISTS (SELECT 1 FROM reading WHERE reading_id = NEW.reading_id)
-  OR EXISTS (SELECT 1 FROM reading WHERE campaign_id = NEW.campaign_id AND seq = NEW.seq)
 BEGIN SELECT RAISE(ABORT, 'reading: this key is stored already, and what is stored stays'); END;
 CREATE TRIGGER reading_update BEFORE UPDATE ON reading
 BEGIN SELECT RAISE(ABORT, 'reading: what is stored can not be changed'); END;
