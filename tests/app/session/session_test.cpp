@@ -148,7 +148,8 @@ TEST_CASE("an unsafe plan is refused before anything is stored, with all its vio
   CHECK(store::list_campaigns(db).empty());
 }
 
-TEST_CASE("a compensated session commands the correction, and time goes on", "[session]") {
+TEST_CASE("a second session goes on in time under the same set-up, unless set up anew",
+          "[session]") {
   const TemporaryFolder folder;
   store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
   const Plan plan = small_plan();
