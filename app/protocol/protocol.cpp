@@ -4,6 +4,7 @@
 #include <map>
 
 #include "app/exchange/fields.hpp"
+#include "app/job/stages.hpp"
 
 namespace trammel::protocol {
 
@@ -32,6 +33,19 @@ Step read_measure(Fields& fields, const StepKinds& earlier) {
   return {.name = {}, .what = step};
 }
 
+/// The stage knows its parameters; the file and line are known here.
+void check_parameters(const Fields& fields, const CalibrateStep& step) {
+  try {
+    (void)job::find_stage(step.method).complete(step.parameters);
+  } catch (const InputError& error) {
+    ErrorText text = error.text();
+    const std::string field = text.where.field;
+    text.where = fields.file().where(fields.path("parameters"));
+    text.where.field += (field.empty() ? "" : ".") + field;
+    throw InputError(text);
+  }
+}
+
 Step read_calibrate(Fields& fields, const StepKinds& earlier) {
   CalibrateStep step;
   step.method = fields.choice("method", {"lsq", "idw", "rbf"});
@@ -39,6 +53,10 @@ Step read_calibrate(Fields& fields, const StepKinds& earlier) {
   if (step.sessions.empty()) fields.refuse("sessions", "no session to calibrate on");
   for (const std::string& name : step.sessions) {
     require_earlier(fields, "sessions", name, earlier, "measure");
+  }
+  if (fields.optional_object("parameters")) {
+    step.parameters = fields.value().at("parameters");
+    check_parameters(fields, step);
   }
   return {.name = {}, .what = step};
 }

@@ -2,6 +2,7 @@
 // A whole campaign as data: what to measure, calibrate and measure again, in order.
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <variant>
@@ -20,8 +21,9 @@ struct MeasureStep {
 
 /// A job on what earlier steps measured.
 struct CalibrateStep {
-  std::string method;                 // "lsq", "idw", "rbf"
-  std::vector<std::string> sessions;  // names of measure steps
+  std::string method;                                                    // "lsq", "idw", "rbf"
+  std::vector<std::string> sessions;                                     // names of measure steps
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();  // that differ from default
 };
 
 /// Its name is the name of the session, or finds the job: by it a resume knows what is done.

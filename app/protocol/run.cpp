@@ -40,9 +40,10 @@ StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step)
 }
 
 StepOutcome run_step(Run& run, const std::string& name, const CalibrateStep& step) {
-  const job::Outcome outcome =
-      job::run(run.connection,
-               {.campaign = run.protocol.name, .stage = step.method, .sessions = step.sessions});
+  const job::Outcome outcome = job::run(run.connection, {.campaign = run.protocol.name,
+                                                         .stage = step.method,
+                                                         .parameters = step.parameters,
+                                                         .sessions = step.sessions});
   run.jobs[name] = outcome.job.id;
   return {.name = name,
           .kind = "calibrate",

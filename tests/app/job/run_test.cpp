@@ -110,7 +110,8 @@ TEST_CASE("lsq says its rank in words and gives no number for what it cannot kno
 TEST_CASE("unknown campaigns, sessions, stages and parameters are refused in words", "[job]") {
   PaperStore paper;
   CHECK_THROWS_AS(run(paper.db, {.campaign = "none", .stage = "lsq"}), NotFoundError);
-  CHECK_THROWS_WITH(run(paper.db, {.campaign = "paper", .stage = "magic"}), Contains("lsq, geometry, idw"));
+  CHECK_THROWS_WITH(run(paper.db, {.campaign = "paper", .stage = "magic"}),
+                    Contains("lsq, geometry, idw"));
   CHECK_THROWS_WITH(run(paper.db, {.campaign = "paper", .stage = "idw", .sessions = {"night"}}),
                     Contains("night"));
   CHECK_THROWS_WITH(

@@ -70,6 +70,7 @@ TEST_CASE("what the schema refuses the reader refuses, naming the path", "[proto
       {changed([](Json& p) { p["steps"][1]["method"] = "magic"; }), "steps[1].method"},
       {changed([](Json& p) { p["steps"][1]["sessions"] = "measure-80"; }), "steps[1].sessions"},
       {changed([](Json& p) { p["steps"][1]["sessions"] = Json::array(); }), "steps[1].sessions"},
+      {changed([](Json& p) { p["steps"][1]["parameters"] = 1; }), "steps[1].parameters"},
       {changed([](Json& p) { p["steps"][2]["set"] = "predict"; }), "steps[2].set"},
       {changed([](Json& p) { p["steps"][3].erase("name"); }), "steps[3].name"},
       {changed([](Json& p) { p["name"] = ""; }), "name"},
@@ -81,6 +82,18 @@ TEST_CASE("what the schema refuses the reader refuses, naming the path", "[proto
     CHECK(error.where.field == bad.field);
     CHECK(error.where.line >= 1);
   }
+}
+
+TEST_CASE("a method's parameters are checked where the protocol is read", "[protocol]") {
+  using Json = nlohmann::json;
+  const ErrorText unknown = error_of(changed([](Json& p) {
+    p["steps"][1]["parameters"] = {{"colour", 1}};
+  }));
+  CHECK(unknown.where.field == "steps[1].parameters.colour");
+  CHECK(unknown.where.line > 1);
+  CHECK(error_of(changed([](Json& p) {
+          p["steps"][4]["parameters"] = {{"power", "2"}};
+        })).where.field == "steps[4].parameters.power");
 }
 
 TEST_CASE("a step may only name earlier steps of the right kind, and no name stands twice",

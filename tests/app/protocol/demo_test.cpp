@@ -1,0 +1,111 @@
+// The whole campaign: twice the same bits, and the same numbers whatever kills it on the way.
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/random.hpp"
+#include "store/campaign.hpp"
+#include "store/open.hpp"
+#include "store/session.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/temporary.hpp"
+
+using namespace trammel;
+using tests::Finished;
+using tests::run_program;
+
+namespace {
+
+using Json = nlohmann::json;
+
+/// How often each planned point of each session is stored; reference visits apart.
+std::map<std::pair<std::string, int>, int> stored_points(const std::filesystem::path& db) {
+  store::Connection connection = store::open(db, store::Access::read_only);
+  const store::CampaignRow campaign = store::require_campaign(connection, "paper");
+  std::map<std::pair<std::string, int>, int> count;
+  for (const store::SessionRow& session : store::list_sessions(connection, campaign.id)) {
+    if (session.name.find(", reference") != std::string::npos) continue;
+    for (const store::Point& point : store::points(connection, session.id)) {
+      count[{session.name, point.seq}] = 0;
+    }
+    std::map<store::Id, int> seq_of_attempt;
+    for (const auto& a : store::attempts(connection, session.id))
+      seq_of_attempt[a.id] = a.point_seq;
+    for (const auto& reading : store::readings(connection, campaign.id, {session.id})) {
+      ++count[{session.name, seq_of_attempt.at(reading.attempt_id.value())}];
+    }
+  }
+  return count;
+}
+
+void check_each_point_once(const std::filesystem::path& db) {
+  const auto count = stored_points(db);
+  CHECK(count.size() == 80 * 2 + 48 * 3 + 288 * 2);
+  for (const auto& [point, n] : count) {
+    CAPTURE(point.first, point.second);
+    CHECK(n == 1);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the demo run twice gives bit-identical results", "[protocol]") {
+  const tests::TemporaryFolder folder;
+  const Finished first = run_program({"demo", "a"}, folder.path());
+  REQUIRE(first.exit_code == 0);
+  REQUIRE(run_program({"demo", "b"}, folder.path()).exit_code == 0);
+  const std::string report = tests::read_text(folder.path() / "a/report.json");
+  CHECK(report == tests::read_text(folder.path() / "b/report.json"));
+  CHECK(first.out == tests::read_text(folder.path() / "a/report.txt"));
+  check_each_point_once(folder.path() / "a/trammel.db");
+
+  // Run again, everything is skipped and nothing changes.
+  const Finished again = run_program({"demo", "a"}, folder.path());
+  CHECK(again.exit_code == 0);
+  CHECK(tests::read_text(folder.path() / "a/report.json") == report);
+  std::size_t n_skipped = 0;
+  for (auto at = again.err.find("(done before)"); at != std::string::npos;
+       at = again.err.find("(done before)", at + 1)) {
+    ++n_skipped;
+  }
+  CHECK(n_skipped == 10);
+
+  const Json json = Json::parse(report);
+  REQUIRE(json.at("tables").back().at("id") == "circles");
+  CHECK(json.at("tables").back().at("circles").size() == 4);
+  CHECK(json.at("tables").back().at("circles")[0].at("n") == 72);
+  for (const Json& table : json.at("tables")) {
+    if (table.at("method") == "lsq" && table.at("before").at("n") == 48) continue;
+    CHECK(table.at("after_is") == "measured");
+  }
+}
+
+TEST_CASE(
+    "killed at random times and resumed, every point is stored once and the numbers are the same",
+    "[protocol]") {
+  const tests::TemporaryFolder folder;
+  REQUIRE(run_program({"demo", "whole"}, folder.path()).exit_code == 0);
+  Random random(11);
+  int n_kills = 0;
+  Finished last{.exit_code = -1, .out = {}, .err = {}};
+  while (last.exit_code != 0 && n_kills < 60) {
+    const int after_ms = static_cast<int>(random.uniform(20, 300));
+    last = run_program({"demo", "killed"}, folder.path(),
+                       n_kills < 12 ? std::optional<int>(after_ms) : std::nullopt);
+    if (last.exit_code != 0) ++n_kills;
+    CAPTURE(last.err);
+    REQUIRE((last.exit_code == 0 || last.exit_code == -1));
+  }
+  REQUIRE(last.exit_code == 0);
+  CHECK(n_kills >= 1);
+  check_each_point_once(folder.path() / "killed/trammel.db");
+  const Json whole = Json::parse(tests::read_text(folder.path() / "whole/report.json"));
+  const Json killed = Json::parse(tests::read_text(folder.path() / "killed/report.json"));
+  for (const char* part : {"tables", "contest", "network", "floor_mean_mm"}) {
+    CAPTURE(part, n_kills);
+    CHECK(whole.at(part) == killed.at(part));
+  }
+  CHECK(whole.at("identification").at("parameters") ==
+        killed.at("identification").at("parameters"));
+}

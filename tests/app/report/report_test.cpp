@@ -1,0 +1,89 @@
+// A campaign this project's simulator did not make: imported, calibrated by all three, reported.
+
+#include <nlohmann/json.hpp>
+
+#include "app/report/report.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/temporary.hpp"
+
+using namespace trammel;
+using tests::run_program;
+
+namespace {
+
+using Json = nlohmann::json;
+
+const Json& table(const Json& report, const std::string& id) {
+  for (const Json& t : report.at("tables")) {
+    if (t.at("id") == id) return t;
+  }
+  throw std::runtime_error("no table " + id);
+}
+
+}  // namespace
+
+TEST_CASE("an imported campaign is calibrated by all three methods, and the report says predicted",
+          "[report]") {
+  const tests::TemporaryFolder folder;
+  const auto run = [&folder](const std::vector<std::string>& words) {
+    const tests::Finished finished = run_program(words, folder.path());
+    CAPTURE(words, finished.err);
+    REQUIRE(finished.exit_code == 0);
+    return finished.out;
+  };
+  run({"campaign", "import",
+       std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error"});
+  for (const char* method : {"lsq", "idw", "rbf"}) run({"calibrate", method, "drive-error"});
+  const Json report = Json::parse(run({"report", "drive-error", "--json"}));
+
+  CHECK(report.at("schema") == "trammel/report/1");
+  CHECK(report.at("campaign") == "drive-error");
+  CHECK_THAT(report.at("floor_mean_mm").get<double>(), WithinRel(0.0125331, 1e-5));
+  for (const char* figure : {"position", "attitude"}) {
+    const Json& lsq = table(report, std::string("lsq-80-") + figure);
+    CHECK(lsq.at("in_sample") == true);
+    CHECK(lsq.at("after_is") == "predicted");
+    CHECK(lsq.at("before").at("n") == 80);
+    CHECK(lsq.at("after").at("mean") < lsq.at("before").at("mean"));
+    for (const char* method : {"idw", "rbf"}) {
+      const Json& held_out = table(report, std::string(method) + "-48-" + figure);
+      CHECK(held_out.at("in_sample") == false);
+      CHECK(held_out.at("before").at("n") == 48);
+      CHECK(held_out.at("after").at("mean") < held_out.at("before").at("mean"));
+      const double before = held_out.at("before").at("mean"),
+                   after = held_out.at("after").at("mean");
+      CHECK_THAT(held_out.at("improvement_pct").get<double>(),
+                 WithinAbs(100 * (1 - after / before), 1e-9));
+    }
+  }
+  // One baseline: both methods start from the same readings.
+  CHECK(table(report, "idw-48-position").at("before") ==
+        table(report, "rbf-48-position").at("before"));
+  CHECK(table(report, "idw-48-position").at("paper").at("table") == "VI");
+  CHECK(report.at("contest").at("n") == 48);
+  CHECK(report.at("identification").at("rank") == 12);
+  CHECK(report.at("identification").at("columns") == 18);
+  CHECK(report.at("chain_head").get<std::string>().size() == 64);
+
+  const std::string text = run({"report", "drive-error"});
+  CHECK_THAT(text, Contains("predicted from the readings before, not measured again"));
+  CHECK_THAT(text, Contains("rank 12 of 18"));
+  CHECK_THAT(text, Contains("noise floor"));
+}
+
+TEST_CASE("a campaign without calibration has a report that says so", "[report]") {
+  const tests::TemporaryFolder folder;
+  run_program({"campaign", "import",
+               std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error"},
+              folder.path());
+  CHECK_THAT(run_program({"report", "drive-error"}, folder.path()).out,
+             Contains("no calibration yet"));
+  CHECK(run_program({"report", "nobody"}, folder.path()).exit_code == 3);
+}
+
+TEST_CASE("the paper's figures stand at the tables that it printed, and nowhere else", "[report]") {
+  CHECK(report::paper_figures("lsq-80-position")->after_mean == 0.0241);
+  CHECK(report::paper_figures("rbf-48-attitude")->table == "X");
+  CHECK_FALSE(report::paper_figures("lsq-48-position").has_value());
+}

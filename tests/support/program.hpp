@@ -1,0 +1,21 @@
+#pragma once
+// Runs the built program as a user does.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace trammel::tests {
+
+struct Finished {
+  int exit_code = 0;  // -1: killed by a signal
+  std::string out, err;
+};
+
+/// Runs `trammel WORDS…` in `folder`, without TRAMMEL_DB, stdin empty, stdout and stderr in files.
+/// `kill_after_ms`: SIGKILL after that time.
+Finished run_program(const std::vector<std::string>& words, const std::filesystem::path& folder,
+                     std::optional<int> kill_after_ms = {});
+
+}  // namespace trammel::tests
