@@ -43,6 +43,8 @@ void lsq_options(CLI::App& c, const std::shared_ptr<Options>& o) {
 void idw_options(CLI::App& c, const std::shared_ptr<Options>& o) {
   parameter<double>(c, o, "--power", "power", "weights 1 / d^power (2)");
   parameter<int>(c, o, "--neighbours", "neighbours", "nearest samples that count (0: all)");
+  c.add_flag_callback(
+      "--tune", [o] { o->given["tune"] = true; }, "power and neighbours by leave-one-out");
 }
 
 void rbf_options(CLI::App& c, const std::shared_ptr<Options>& o) {
@@ -50,6 +52,9 @@ void rbf_options(CLI::App& c, const std::shared_ptr<Options>& o) {
   parameter<int>(c, o, "--seed", "seed", "of the k-means start (1)");
   parameter<double>(c, o, "--sigma-mm", "sigma_mm", "spread of all neurons (0: leave-one-out)");
   parameter<double>(c, o, "--relative-ridge", "relative_ridge", "of the weights (1e-8)");
+  c.add_flag_callback(
+      "--smooth", [o] { o->given["smooth"] = true; },
+      "a neuron on every sample, ridge and spread by leave-one-out");
 }
 
 void model_options(CLI::App& c, const std::shared_ptr<Options>& o) {
@@ -64,15 +69,18 @@ void model_options(CLI::App& c, const std::shared_ptr<Options>& o) {
       "machining tolerances as priors instead of the least change");
 }
 
+void contest_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+  parameter<int>(c, o, "--blocks", "blocks", "spatial blocks of the cross-validation (6)");
+  parameter<int>(c, o, "--seed", "seed", "of the blocks (1)");
+}
+
 struct StageOptions {
   const char* stage;
   void (*add)(CLI::App&, const std::shared_ptr<Options>&);
 };
-constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},
-                                          {"idw", idw_options},
-                                          {"rbf", rbf_options},
-                                          {"geometry", model_options},
-                                          {"hybrid", model_options}};
+constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},      {"idw", idw_options},
+                                          {"rbf", rbf_options},      {"geometry", model_options},
+                                          {"hybrid", model_options}, {"contest", contest_options}};
 
 ExitCode run_calibrate(const Options& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::write);

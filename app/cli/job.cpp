@@ -120,7 +120,7 @@ ExitCode run_diff(const Options& options, Context& context) {
   store::Connection db = open(context);
   const store::Job a = job::find(db, options.job), b = job::find(db, options.other);
   const Json changed = changed_parts(a.data.key, b.data.key);
-  const bool same_result = a.data.result_json == b.data.result_json;
+  const bool same_result = job::same_result(a.data.result_json, b.data.result_json);
   if (context.json) {
     context.print(
         "job-diff",
@@ -153,8 +153,7 @@ ExitCode run_verify(const Options& options, Context& context) {
   const store::Job job = job::find(db, options.job);
   const store::NewJob again = job::compute(db, job::request_of(db, job));
   const bool same_inputs = again.key.key == job.data.key.key;
-  const bool same_result =
-      store::canonical_json(again.result_json, "result") == job.data.result_json;
+  const bool same_result = job::same_result(again.result_json, job.data.result_json);
   const bool ok = same_inputs && same_result;
   const std::string verdict =
       ok ? "the same inputs give the same result, bit for bit"

@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 
+#include <fmt/format.h>
+
+#include "core/assess/bootstrap.hpp"
 #include "core/assess/deviation.hpp"
+#include "core/assess/hull.hpp"
 #include "core/assess/summary.hpp"
 #include "core/units.hpp"
 #include "store/session.hpp"
@@ -115,6 +120,69 @@ std::vector<store::Statistic> statistics(const std::vector<store::JobPoint>& poi
   return all;
 }
 
+/// Interval of each improvement, and U (k = 2) of a held-out coordinate: twice its root mean
+/// square, the reading's noise included.
+Json improvements(const std::vector<store::JobPoint>& points) {
+  Json all = Json::array();
+  for (const bool in_sample : {true, false}) {
+    std::vector<double> before, after;
+    double squares = 0;
+    for (const store::JobPoint& p : points) {
+      if (p.in_sample != in_sample) continue;
+      before.push_back(position_error_mm(p.before, {}));
+      after.push_back(position_error_mm(p.after, {}));
+      squares += after.back() * after.back();
+    }
+    const auto interval = improvement_interval_pct(before, after);
+    if (!interval) continue;
+    Json row = {{"set", in_sample ? "identify" : "validate"},
+                {"metric", "position_mm"},
+                {"in_sample", in_sample},
+                {"improvement_low_pct", interval->low},
+                {"improvement_high_pct", interval->high}};
+    if (!in_sample) {
+      row["U_k2_mm"] = 2 * std::sqrt(squares / (2 * static_cast<double>(after.size())));
+    }
+    all.push_back(row);
+  }
+  return all;
+}
+
+std::vector<std::string> improvement_words(const Json& improvements) {
+  std::vector<std::string> words;
+  for (const Json& row : improvements) {
+    std::string text = fmt::format(
+        "{} position: 95 % interval of the gain {:.1f} to {:.1f} % (paired bootstrap)",
+        row["in_sample"].get<bool>() ? "in-sample" : "held-out",
+        row["improvement_low_pct"].get<double>(), row["improvement_high_pct"].get<double>());
+    if (row.contains("U_k2_mm")) {
+      text += fmt::format(", U of a coordinate {:.4f} mm (k = 2)", row["U_k2_mm"].get<double>());
+    }
+    words.push_back(text);
+  }
+  return words;
+}
+
+/// A warning where the correction is judged beyond the points it was fitted to.
+std::vector<std::string> hull_words(const Campaign& campaign) {
+  std::vector<Place> fitted;
+  for (const Reading& r : campaign.readings) {
+    if (r.set == ReadingSet::identify) fitted.push_back({r.target.x_mm, r.target.y_mm});
+  }
+  const std::vector<Place> hull = convex_hull(fitted);
+  int outside = 0, all = 0;
+  for (const Reading& r : campaign.readings) {
+    if (r.set != ReadingSet::validate) continue;
+    ++all;
+    outside += inside(hull, {r.target.x_mm, r.target.y_mm}) ? 0 : 1;
+  }
+  if (outside == 0) return {};
+  return {
+      fmt::format("warning: {} of {} held-out points lie outside the convex hull of the fitted "
+                  "ones: there the correction extrapolates",
+                  outside, all)};
+}
+
 store::NewJob computed(const Inputs& in) {
   const auto start = std::chrono::steady_clock::now();
   StageResult result = in.stage->run(in.loaded.campaign, in.parameters);
@@ -129,10 +197,16 @@ store::NewJob computed(const Inputs& in) {
   for (const store::Exclusion& e : in.loaded.exclusions) job.exclusions.push_back(e.id);
   job.points = judge(in.loaded.campaign, result.correction);
   job.statistics = statistics(job.points);
+  const Json gains = improvements(job.points);
+  for (const auto& more : {improvement_words(gains), hull_words(in.loaded.campaign)}) {
+    result.words.insert(result.words.end(), more.begin(), more.end());
+  }
   const Json stored_result = {{"correction", correction_json(result.correction)},
                               {"details", std::move(result.details)},
                               {"words", std::move(result.words)},
-                              {"after", "predicted"}};
+                              {"improvements", gains},
+                              {"after", "predicted"},
+                              {"timing", std::move(result.timing)}};
   job.result_json = stored_result.dump();
   job.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return job;
@@ -160,6 +234,14 @@ Outcome run(store::Connection& connection, const Request& request) {
                       .hint = "run the calibration again when nothing writes to the campaign"});
   }
   return {store::get_job(connection, store::add_job(connection, job)), false};
+}
+
+bool same_result(const std::string& a, const std::string& b) {
+  Json one = Json::parse(store::canonical_json(a, "result"));
+  Json other = Json::parse(store::canonical_json(b, "result"));
+  one.erase("timing");
+  other.erase("timing");
+  return one.dump() == other.dump();
 }
 
 Correction correction_of(store::Connection& connection, store::Id job_id) {

@@ -38,6 +38,9 @@ store::NewJob compute(store::Connection& connection, const Request& request);
 /// The key `run` would store under, on the readings as they are now.
 store::JobKey key_of(store::Connection& connection, const Request& request);
 
+/// Two stored results are the same bit for bit, times that were taken aside.
+bool same_result(const std::string& a, const std::string& b);
+
 /// The correction that a stored job found.
 Correction correction_of(store::Connection& connection, store::Id job_id);
 

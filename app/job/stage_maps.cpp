@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "app/job/stages.hpp"
 #include "core/assess/deviation.hpp"
 
@@ -10,7 +12,9 @@ namespace {
 Json complete_idw(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of idw");
   Fields f(file);
-  const Json all = {{"power", f.number("power", 2.0)}, {"neighbours", f.integer("neighbours", 0)}};
+  const Json all = {{"power", f.number("power", 2.0)},
+                    {"neighbours", f.integer("neighbours", 0)},
+                    {"tune", f.boolean("tune", false)}};
   f.done();
   return all;
 }
@@ -21,7 +25,8 @@ Json complete_rbf(const Json& given) {
   const Json all = {{"neurons", f.integer("neurons", 50)},
                     {"seed", f.integer("seed", 1)},
                     {"relative_ridge", f.number("relative_ridge", 1e-8)},
-                    {"sigma_mm", f.number("sigma_mm", 0.0)}};
+                    {"sigma_mm", f.number("sigma_mm", 0.0)},
+                    {"smooth", f.boolean("smooth", false)}};
   f.done();
   if (all["seed"].get<int>() < 0) f.refuse("seed", "a seed is not negative", "0, 1, 2, …");
   return all;
@@ -56,22 +61,46 @@ Json training_scores(const JointMap& map, const std::vector<JointSample>& sample
 
 StageResult run_idw(const Campaign& campaign, const Json& p) {
   const auto samples = joint_samples(campaign.mechanism, identify_rows(campaign));
-  const IdwMap map = fit_idw(
-      samples, {.power = p["power"].get<double>(), .neighbours = p["neighbours"].get<int>()});
+  IdwOptions options{.power = p["power"].get<double>(), .neighbours = p["neighbours"].get<int>()};
+  if (p["tune"].get<bool>()) options = tune_idw(samples);
+  const IdwMap map = fit_idw(samples, options);
   return {.correction = MapCorrection{map},
-          .details = {{"samples", samples.size()}, {"places", map.x_mm.size()}},
+          .details = {{"samples", samples.size()},
+                      {"places", map.x_mm.size()},
+                      {"power", options.power},
+                      {"neighbours", options.neighbours}},
           .words = {fmt::format("{} readings in {} places; in-sample errors are zero by "
                                 "construction and say nothing",
                                 samples.size(), map.x_mm.size())}};
 }
 
+double least_loo(const RbfTraining& training) {
+  double least = INFINITY;
+  for (const SpreadTrial& t : training.trials) least = std::min(least, t.loo_rms_mm);
+  return least;
+}
+
+/// As asked for; smoothed: a neuron on every sample, ridge and spread both by leave-one-out.
+RbfTraining train(const std::vector<JointSample>& samples, const Json& p) {
+  RbfOptions options{.neurons = p["neurons"].get<int>(),
+                     .seed = p["seed"].get<std::uint64_t>(),
+                     .relative_ridge = p["relative_ridge"].get<double>(),
+                     .sigma_mm = p["sigma_mm"].get<double>()};
+  if (!p["smooth"].get<bool>()) return train_rbf(samples, options);
+  options.neurons = static_cast<int>(samples.size());
+  options.sigma_mm = 0;
+  RbfTraining best;
+  for (const double ridge : {1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1}) {
+    options.relative_ridge = ridge;
+    RbfTraining trial = train_rbf(samples, options);
+    if (best.trials.empty() || least_loo(trial) < least_loo(best)) best = std::move(trial);
+  }
+  return best;
+}
+
 StageResult run_rbf(const Campaign& campaign, const Json& p) {
   const auto samples = joint_samples(campaign.mechanism, identify_rows(campaign));
-  const RbfTraining training =
-      train_rbf(samples, {.neurons = p["neurons"].get<int>(),
-                          .seed = p["seed"].get<std::uint64_t>(),
-                          .relative_ridge = p["relative_ridge"].get<double>(),
-                          .sigma_mm = p["sigma_mm"].get<double>()});
+  const RbfTraining training = train(samples, p);
   Json trials = Json::array();
   for (const SpreadTrial& t : training.trials) {
     trials.push_back({{"sigma_mm", t.sigma_mm}, {"loo_rms_mm", t.loo_rms_mm}});

@@ -79,8 +79,10 @@ Json parameter_json(const GeometryFit& fit, const Identifiability& known, std::s
 void alarm(const GeometryFit& fit, const Identifiability& known, StageResult& out) {
   for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
     const FreeParameter& p = fit.parameters[k];
-    const double off = std::abs(fit.z[static_cast<Eigen::Index>(k)]);
-    if (p.kind != FreeParameter::Kind::geometry || !known.identified[k] || off < kAbsorbed)
+    const auto row = static_cast<Eigen::Index>(k);
+    const double off = std::abs(fit.z[row]);
+    const double sure = off - 2 * std::sqrt(fit.covariance(row, row));
+    if (p.kind != FreeParameter::Kind::geometry || !known.identified[k] || sure < kAbsorbed)
       continue;
     out.words.push_back(fmt::format(
         "absorption alarm: {} is {:.1f} tolerances from nominal: probably it soaks up an effect "

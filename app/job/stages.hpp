@@ -15,6 +15,7 @@ struct StageResult {
   Correction correction;
   Json details = Json::object();
   std::vector<std::string> words;
+  Json timing = Json::object();  // what a re-run may not repeat
 };
 
 struct Stage {
@@ -27,7 +28,7 @@ struct Stage {
   StageResult (*run)(const Campaign& campaign, const Json& parameters);
 };
 
-/// All stages: lsq, geometry, idw, rbf, gp, hybrid.
+/// All stages: lsq, geometry, idw, rbf, gp, hybrid, contest.
 std::span<const Stage> stages();
 
 /// Throws NotFoundError that lists the stages there are.
@@ -42,5 +43,6 @@ Stage rbf_stage();
 Stage gp_stage();
 Stage geometry_stage();
 Stage hybrid_stage();
+Stage contest_stage();
 
 }  // namespace trammel::job

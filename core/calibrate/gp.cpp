@@ -10,7 +10,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kLengths = 12, kRatios = 13;
+constexpr int kLengths = 12, kRatios = 19;
 constexpr double kFirstLengthMm = 20, kLastLengthMm = 900;
 constexpr double kSmallestSignalMm = 1e-9;  // of a constant column: keeps the logarithm finite
 

@@ -33,7 +33,7 @@ Eigen::Vector3d predict(const GpMap& map, Place at);
 std::vector<Eigen::Vector3d> uncertainty_mm(const GpMap& map, std::span<const Place> at);
 
 /// Length and noise share by the largest marginal likelihood over a fixed grid (12 lengths from 20
-/// to 900 mm, 13 noise-to-signal ratios from 1e-6 to 1), the signal's size in closed form; per
+/// to 900 mm, 19 noise-to-signal ratios from 1e-6 to 1e3), the signal's size in closed form; per
 /// joint. Repeats stay apart samples: they tell the noise. Throws InputError for fewer than three
 /// places. Proof: recovers a drawn field within its stated uncertainty (gp_test.cpp). Source:
 /// Rasmussen and Williams 2006, Eqs. 2.25, 2.26, 5.8.

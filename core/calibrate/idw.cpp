@@ -172,6 +172,30 @@ void predict(const IdwMap& map, std::span<const Place> at, std::span<Eigen::Vect
   });
 }
 
+IdwOptions tune_idw(std::span<const JointSample> samples) {
+  require_places(samples, 5);
+  const std::vector<JointSample> places = merge_places(samples);
+  IdwOptions best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const int neighbours : {4, 6, 8, 12, 16, 24, 0}) {
+    if (static_cast<std::size_t>(neighbours) + 1 > places.size()) continue;
+    for (const double power : {1.0, 2.0, 3.0, 4.0}) {
+      double sum = 0;
+      for (std::size_t out = 0; out < places.size(); ++out) {
+        std::vector<JointSample> others = places;
+        others.erase(others.begin() + static_cast<std::ptrdiff_t>(out));
+        const IdwMap map = fit_idw(others, {.power = power, .neighbours = neighbours});
+        const JointSample& s = places[out];
+        sum += (predict(map, Place{s.x_mm, s.y_mm}) - s.error_mm).squaredNorm();
+      }
+      if (sum >= least) continue;
+      least = sum;
+      best = {.power = power, .neighbours = neighbours};
+    }
+  }
+  return best;
+}
+
 Eigen::Vector3d predict(const IdwMap& map, Place at) {
   Eigen::Vector3d error;
   predict(map, {&at, 1}, {&error, 1});

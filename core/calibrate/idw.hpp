@@ -36,6 +36,11 @@ IdwMap fit_idw(std::span<const JointSample> samples, const IdwOptions& options =
 /// golden numbers to 1e-12 (idw_test.cpp).
 Eigen::Vector3d predict(const IdwMap& map, Place at);
 
+/// Power (1 to 4) and neighbours (4 to 24, or all) with the least mean square of the leave-one-out
+/// errors: the local variant. Of equals the first, in rising order. Throws InputError as fit_idw,
+/// and for fewer than five places.
+IdwOptions tune_idw(std::span<const JointSample> samples);
+
 /// The same for many places, blockwise; bit-identical to one call each.
 void predict(const IdwMap& map, std::span<const Place> at, std::span<Eigen::Vector3d> errors_mm);
 

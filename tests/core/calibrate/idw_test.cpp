@@ -112,6 +112,33 @@ TEST_CASE("repeats in one place count as their mean", "[calibrate]") {
   CHECK((predict(map, Place{samples[0].x_mm, samples[0].y_mm}) - mean).norm() < 1e-14);
 }
 
+TEST_CASE("tuned IDW is no worse than any of its grid, by leaving out", "[calibrate]") {
+  Random random(12);
+  std::vector<JointSample> samples;
+  for (int k = 0; k < 50; ++k) {
+    const double x = random.uniform(-100, 100), y = random.uniform(-100, 100);
+    samples.push_back({x, y, {1e-3 * x, 1e-3 * y, 1e-5 * x * y}});
+  }
+  const auto loo = [&](const IdwOptions& options) {
+    double sum = 0;
+    for (std::size_t out = 0; out < samples.size(); ++out) {
+      auto others = samples;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(out));
+      const Place at{samples[out].x_mm, samples[out].y_mm};
+      sum += (predict(fit_idw(others, options), at) - samples[out].error_mm).squaredNorm();
+    }
+    return sum;
+  };
+  const double best = loo(tune_idw(samples));
+  for (const int neighbours : {4, 8, 24, 0}) {
+    for (const double power : {1.0, 2.0, 4.0}) {
+      CHECK(best <= loo({.power = power, .neighbours = neighbours}));
+    }
+  }
+  CHECK(best < loo({}));
+  CHECK_THROWS_AS(tune_idw(random_samples(4, 1)), InputError);
+}
+
 TEST_CASE("IDW refuses no samples, a bad power and too many neighbours in words", "[calibrate]") {
   CHECK_THROWS_AS(fit_idw({}), InputError);
   const auto samples = random_samples(4, 1);
