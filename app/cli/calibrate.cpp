@@ -36,6 +36,8 @@ void lsq_options(CLI::App& c, const std::shared_ptr<Options>& o) {
          "no joint zeros and frame offset of their own for later epochs");
   choice(c, o, "--basic", "solution", "basic",
          "leave what is not identified at zero (the paper's) instead of the least change");
+  parameter<int>(c, o, "--steps", "steps",
+                 "times the system is linearised and solved (10; 1: once, as the paper)");
   parameter<double>(c, o, "--drop-below", "drop_below",
                     "repeated identification: drop sources below this share of their tolerance");
 }

@@ -264,7 +264,7 @@ StageResult run(const Campaign& campaign, const Json& parameters) {
 
 Stage contest_stage() {
   return {.name = "contest",
-          .algorithm_version = 1,
+          .algorithm_version = 2,
           .what = "all methods on one baseline with the same folds; picks one by a stated rule",
           .complete = complete,
           .run = run};
