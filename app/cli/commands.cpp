@@ -3,6 +3,7 @@
 #include "app/cli/calibrate.hpp"
 #include "app/cli/campaign.hpp"
 #include "app/cli/campaign_exchange.hpp"
+#include "app/cli/compare.hpp"
 #include "app/cli/db.hpp"
 #include "app/cli/job.hpp"
 #include "app/cli/mechanism.hpp"
@@ -29,6 +30,7 @@ const std::vector<Setup>& commands() {
       setup_calibrate,
       setup_job,
       setup_report,
+      setup_compare,
       setup_mechanism,
       setup_query,
       setup_db,

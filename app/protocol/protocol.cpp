@@ -48,7 +48,9 @@ void check_parameters(const Fields& fields, const CalibrateStep& step) {
 
 Step read_calibrate(Fields& fields, const StepKinds& earlier) {
   CalibrateStep step;
-  step.method = fields.choice("method", {"lsq", "idw", "rbf"});
+  std::vector<std::string> methods;
+  for (const job::Stage& stage : job::stages()) methods.push_back(stage.name);
+  step.method = fields.choice("method", methods);
   step.sessions = fields.texts("sessions");
   if (step.sessions.empty()) fields.refuse("sessions", "no session to calibrate on");
   for (const std::string& name : step.sessions) {

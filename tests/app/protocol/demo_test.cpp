@@ -76,6 +76,8 @@ TEST_CASE("the demo run twice gives bit-identical results", "[protocol]") {
   CHECK(json.at("tables").back().at("circles").size() == 4);
   CHECK(json.at("tables").back().at("circles")[0].at("n") == 72);
   for (const Json& table : json.at("tables")) {
+    // Least squares on 18 constants leaves 0.05 to 0.1 mm of a drive error, and must not add to it.
+    if (table.at("figure") == "position") CHECK(table.at("improvement_pct") > 40);
     if (table.at("method") == "lsq" && table.at("before").at("n") == 48) continue;
     CHECK(table.at("after_is") == "measured");
   }

@@ -66,6 +66,10 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   CHECK(report.at("identification").at("columns") == 18);
   CHECK(report.at("chain_head").get<std::string>().size() == 64);
 
+  const Json same = Json::parse(run({"compare", "drive-error", "drive-error", "--json"}));
+  CHECK(same.at("tables").size() == report.at("tables").size());
+  for (const Json& t : same.at("tables")) CHECK(t.at("after_mean_difference") == 0.0);
+
   const std::string text = run({"report", "drive-error"});
   CHECK_THAT(text, Contains("predicted from the readings before, not measured again"));
   CHECK_THAT(text, Contains("rank 12 of 18"));

@@ -1,0 +1,94 @@
+#include "app/cli/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/report/gather.hpp"
+#include "store/open.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+using report::ErrorTable;
+using report::Report;
+
+struct Common {
+  ErrorTable a, b;
+};
+
+std::vector<Common> common_tables(const Report& a, const Report& b) {
+  std::vector<Common> common;
+  for (const ErrorTable& table : a.tables) {
+    const auto same = std::find_if(b.tables.begin(), b.tables.end(),
+                                   [&table](const ErrorTable& t) { return t.id == table.id; });
+    if (same != b.tables.end()) common.push_back({table, *same});
+  }
+  return common;
+}
+
+Json side_json(const ErrorTable& table) {
+  return {{"before_mean", table.before.mean},
+          {"after_mean", table.after.mean},
+          {"after_is", table.after_predicted ? "predicted" : "measured"}};
+}
+
+Json to_json(const Report& a, const Report& b, const std::vector<Common>& common) {
+  Json json = {{"a", a.campaign}, {"b", b.campaign}, {"tables", Json::array()}};
+  for (const Common& c : common) {
+    json["tables"].push_back({{"id", c.a.id},
+                              {"unit", c.a.unit},
+                              {"in_sample", c.a.in_sample},
+                              {"a", side_json(c.a)},
+                              {"b", side_json(c.b)},
+                              {"after_mean_difference", c.b.after.mean - c.a.after.mean}});
+  }
+  return json;
+}
+
+std::string to_text(const Report& a, const Report& b, const std::vector<Common>& common) {
+  if (common.empty()) {
+    return "no figure in common: calibrate both campaigns by the same method on the same points";
+  }
+  std::string text = fmt::format(
+      "A {}\nB {}\nmean errors, * predicted\n\n{:<20} {:<10} {:<4} {:>8} {:>9} {:>8} {:>9} {:>9}\n",
+      printable(a.campaign), printable(b.campaign), "figure", "judged", "unit", "A before",
+      "A after", "B before", "B after", "B - A");
+  for (const Common& c : common) {
+    const auto after = [](const ErrorTable& t) {
+      return fmt::format("{:.4f}{}", t.after.mean, t.after_predicted ? "*" : " ");
+    };
+    text += fmt::format("{:<20} {:<10} {:<4} {:>8.4f} {:>9} {:>8.4f} {:>9} {:>+9.4f}\n", c.a.id,
+                        c.a.in_sample ? "in-sample" : "held-out", c.a.unit, c.a.before.mean,
+                        after(c.a), c.b.before.mean, after(c.b), c.b.after.mean - c.a.after.mean);
+  }
+  return text;
+}
+
+}  // namespace
+
+ExitCode run_compare(const CompareOptions& options, Context& context) {
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  const auto report_of = [&connection](const std::string& name) {
+    return report::gather(connection, store::require_campaign(connection, name));
+  };
+  const Report a = report_of(options.a), b = report_of(options.b);
+  const std::vector<Common> common = common_tables(a, b);
+  if (context.json) {
+    context.print("compare", to_json(a, b, common));
+  } else {
+    context.print(to_text(a, b, common));
+  }
+  return ExitCode::ok;
+}
+
+void setup_compare(CLI::App& app, Context& context) {
+  auto options = std::make_shared<CompareOptions>();
+  CLI::App* command = app.add_subcommand("compare", "The figures of two campaigns side by side");
+  command->add_option("A", options->a, "Name or uuid")->required();
+  command->add_option("B", options->b, "Name or uuid")->required();
+  on_run(*command, context, options, run_compare);
+}
+
+}  // namespace trammel::cli
