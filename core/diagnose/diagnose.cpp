@@ -121,8 +121,9 @@ void make_shapes(Work& w, const ResidualSpace& space) {
   }
 }
 
-StructureTest test(const Work& w, const ResidualSpace& space) {
-  return test_structure(space, w.shapes, {w.options.replicates, w.options.seed, w.options.threads});
+StructureTest test(const Work& w, const ResidualSpace& space, double level) {
+  return test_structure(space, w.shapes,
+                        {w.options.replicates, level, w.options.seed, w.options.threads});
 }
 
 /// The base with the candidate's effects, fitted on the exact model.
@@ -194,7 +195,7 @@ void say_what_is_not_testable(Work& w) {
 
 void decide(Work& w) {
   Diagnosis& out = w.out;
-  out.before = test(w, w.space);
+  out.before = test(w, w.space, w.options.false_alarm);
   out.fit = w.base;
   if (out.before.family_p > w.options.false_alarm) {
     out.verdict = out.effects.empty() ? Verdict::nothing_missing : Verdict::explained;
@@ -209,7 +210,7 @@ void decide(Work& w) {
   const Candidate best = extend(w.library, all.front());
   out.fit = fit_with(w, best);
   const ResidualSpace left = residual_space(out.fit, w.readings, out.noise.used);
-  out.after = test(w, left);
+  out.after = test(w, left, w.options.inadequate);
   name_effects(w, best, out.fit);
 
   double unnamed_score = 0;

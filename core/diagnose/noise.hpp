@@ -32,7 +32,7 @@ NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signal
 /// kFalseOutlier (or, where the rest has heavier tails than a normal distribution, ten sigmas).
 /// More than kMostBad of the readings are no single readings: then none is named.
 std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::MatrixXd& signals);
-inline constexpr double kFalseOutlier = 0.003;
+inline constexpr double kFalseOutlier = 0.0005;
 inline constexpr double kMostBad = 0.08;
 
 }  // namespace trammel

@@ -194,7 +194,7 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
   for (const Candidate& c : all) {
     const bool superset =
         std::includes(c.effects.begin(), c.effects.end(), best.effects.begin(), best.effects.end());
-    if (superset || !c.usual || c.parameters > best.parameters) continue;
+    if (superset || !c.usual) continue;
     if (c.score >= best.score - kEvidence20To1) rivals.push_back(c);
   }
   return rivals;
@@ -277,7 +277,7 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
 std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
                                     const Candidate& best, const std::vector<Shape>& shapes,
                                     double& score) {
-  constexpr double kSameShape = 0.98;  // share of the replaced signal that makes it the same one
+  constexpr double kSameShape = 0.95;  // share of the replaced signal that makes it the same one
   std::vector<std::vector<int>> kept = {{}};
   if (best.effects.size() > 1) {
     for (const int effect : best.effects) {

@@ -54,8 +54,9 @@ inline constexpr double kEvidence20To1 = 6.0;  // 2 ln 20
 /// `most_parameters` > 0 only choices of at most as many parameters.
 std::vector<Candidate> search(const Library& library, int most, int most_parameters = 0);
 
-/// The sets that explain the readings as well as `best` (effects.md of the report's vocabulary:
-/// other names, no superset, no more parameters, usual ranges, evidence within 20:1).
+/// The sets that explain the readings as well as `best`: other names, no superset, usual ranges,
+/// evidence within 20:1. More parameters than `best` are allowed: each has paid its price, and a
+/// small effect on three rails is easily mistaken for another with one parameter.
 std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candidate>& all);
 
 /// `best` with further effects, while each earns its price (search() ends at three).

@@ -145,6 +145,7 @@ void in_parallel(int blocks, int threads, F f) {
 }
 
 constexpr int kBlock = 100;
+constexpr double kSureBound = 1e-4;
 
 void calibrate_agreement(Battery& battery, const ResidualSpace& space, std::uint64_t seed) {
   const Eigen::MatrixXd noise = noise_through_refit(space, seed, 0, 4 * kBlock);
@@ -170,7 +171,10 @@ StructureTest test_structure(const ResidualSpace& space, const std::vector<Shape
   result.tests = static_cast<int>(p.size());
   if (p.size() == 0) return result;
 
-  const int blocks = (options.replicates + kBlock - 1) / kBlock;
+  const double smallest_p = p.minCoeff();
+  const double bound = smallest_p * static_cast<double>(p.size());
+  const int wanted = smallest_p > options.level ? options.replicates / 10 : options.replicates;
+  const int blocks = bound < kSureBound ? 0 : (wanted + kBlock - 1) / kBlock;
   std::vector<Eigen::VectorXd> smallest(static_cast<std::size_t>(blocks));
   in_parallel(blocks, options.threads, [&](int b) {
     const Eigen::MatrixXd noise =
@@ -178,9 +182,10 @@ StructureTest test_structure(const ResidualSpace& space, const std::vector<Shape
     smallest[static_cast<std::size_t>(b)] = all_p(battery, noise).colwise().minCoeff();
   });
   int as_small = 0;
-  for (const auto& block : smallest)
-    as_small += static_cast<int>((block.array() <= p.minCoeff()).count());
-  result.family_p = (as_small + 1.0) / (blocks * kBlock + 1.0);
+  for (const auto& block : smallest) {
+    as_small += static_cast<int>((block.array() <= smallest_p).count());
+  }
+  result.family_p = blocks == 0 ? bound : (as_small + 1.0) / (blocks * kBlock + 1.0);
 
   for (std::size_t s = 0; s < battery.shapes.size(); ++s) {
     const Shape& shape = *battery.shapes[s];

@@ -20,7 +20,8 @@ struct Finding {
 };
 
 struct StructureOptions {
-  int replicates = 2000;
+  int replicates = 2000;  // where the smallest p leaves it open; a tenth of them otherwise
+  double level = 0.007;   // the smallest p above this can't be significant for the family
   std::uint64_t seed = 1;
   int threads = 2;  // never changes a result
 };

@@ -1,0 +1,300 @@
+#include "tests/study/campaigns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/calibrate/geometry_fit.hpp"
+#include "core/plan/grids.hpp"
+#include "core/random.hpp"
+#include "core/simulate/virtual_robot.hpp"
+#include "core/units.hpp"
+#include "tests/support/workspace.hpp"
+
+namespace trammel::tests {
+
+namespace {
+
+using Eigen::Vector3d;
+using simulate::Truth;
+
+/// One to three rails, each with a size of either sign; never all zero.
+Vector3d on_some_rails(Random& random, bool positive = false) {
+  Vector3d v = Vector3d::Zero();
+  const int rails = 1 + static_cast<int>(random.below(3));
+  for (int i = 0; i < rails; ++i) {
+    const double sign = positive || random.uniform() < 0.5 ? 1 : -1;
+    v[static_cast<int>(random.below(3))] = sign * random.uniform(0.5, 1);
+  }
+  return v;
+}
+
+Random dice(std::uint64_t seed) { return Random::stream(seed, "family"); }
+
+std::vector<Family> make_families() {
+  return {
+      {"lead_scale", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.lead_scale = size * 1e-3 * on_some_rails(r);
+       }},
+      {"lead_curvature", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.lead_curvature_per_mm = size * 5e-6 * on_some_rails(r);
+       }},
+      {"screw_periodic", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         const Vector3d a = size * 0.02 * on_some_rails(r);
+         for (int i = 0; i < 3; ++i) {
+           const double phase = r.uniform(0, 2 * kPi);
+           t.drive.screw_sin_mm[i] = a[i] * std::cos(phase);
+           t.drive.screw_cos_mm[i] = a[i] * std::sin(phase);
+         }
+       }},
+      {"backlash", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.backlash_mm = size * 0.03 * on_some_rails(r, true);
+       }},
+      {"thermal_growth", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_rails(r, true);
+       }},
+      {"axis_crosstalk", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         const auto i = static_cast<int>(r.below(3));
+         t.drive.axis_crosstalk(i, (i + 1 + static_cast<int>(r.below(2))) % 3) =
+             size * 1e-3 * (r.uniform() < 0.5 ? 1 : -1);
+       }},
+      {"platform_load", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.load_mm = size * 0.5 * Eigen::Vector2d(r.uniform(-1, 1), r.uniform(-1, 1));
+         t.drive.load_mm2 = size * 10 * r.uniform(-1, 1);
+       }},
+      {"guide_bow", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.guide_bow_per_mm = size * 1e-5 * on_some_rails(r);
+       }},
+      {"tracker_drift", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         const double angle = r.uniform(0, 2 * kPi);
+         t.tracker.drift_per_h = {size * 0.05 * std::cos(angle), size * 0.05 * std::sin(angle), 0};
+       }},
+      {"tracker_scale", true,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.tracker.scale = size * 1e-4 * (r.uniform() < 0.5 ? 1 : -1);
+       }},
+      // outside the catalogue
+      {"setup_shift", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         const double angle = r.uniform(0, 2 * kPi);
+         t.shifts.push_back({r.uniform(2000, 6500),
+                             {size * 0.03 * std::cos(angle), size * 0.03 * std::sin(angle), 0}});
+       }},
+      {"cubic_lead", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.lead_cubic_per_mm2 = size * 5e-8 * on_some_rails(r);
+       }},
+      {"rail_bump", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.bumps.push_back({static_cast<int>(r.below(3)), 262 + r.uniform(-60, 60),
+                            r.uniform(12, 30), size * 0.05});
+       }},
+      {"half_turn", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         const double phase = r.uniform(0, 2 * kPi);
+         t.harmonics.push_back({static_cast<int>(r.below(3)), 5, size * 0.02 * std::cos(phase),
+                                size * 0.02 * std::sin(phase)});
+       }},
+      {"belt_period", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         const double phase = r.uniform(0, 2 * kPi);
+         t.harmonics.push_back({static_cast<int>(r.below(3)), r.uniform(13, 37),
+                                size * 0.02 * std::cos(phase), size * 0.02 * std::sin(phase)});
+       }},
+      {"start_transient", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.transient_mm = size * 0.1 * on_some_rails(r);
+         t.drive.transient_tau_s = r.uniform(300, 1200);
+       }},
+      {"lost_motion", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.stick_slip = size * 2e-3 * on_some_rails(r, true);
+       }},
+      {"tracker_swirl", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.tracker.swirl_rad_per_mm = size * 2e-6 * (r.uniform() < 0.5 ? 1 : -1);
+       }},
+      {"thermal_lag", false,
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_rails(r, true);
+         t.drive.thermal_lag_s = r.uniform(1200, 2400);
+       }},
+  };
+}
+
+struct Visit {
+  Pose target;
+  ReadingSet set;
+};
+
+std::vector<Visit> visits(const Design& design, Random& random) {
+  std::vector<Visit> all;
+  const std::vector<double> turns_deg =
+      design.name == "paper" ? std::vector<double>{0} : std::vector<double>{-4, 0, 4};
+  for (const double turn : turns_deg) {
+    for (Pose pose : paper_80()) {
+      pose.phi_rad = rad_from_deg(turn);
+      all.push_back({pose, ReadingSet::identify});
+    }
+  }
+  if (design.name != "paper") {
+    for (int i = 0; i < 37; ++i) all.push_back(all[random.below(240)]);
+    for (std::size_t i = all.size() - 1; i > 0; --i) std::swap(all[i], all[random.below(i + 1)]);
+  }
+  if (design.thinning < 1) {
+    std::erase_if(all, [&](const Visit&) { return random.uniform() > design.thinning; });
+  }
+  for (const double turn :
+       design.name == "paper" ? std::vector<double>{0} : std::vector<double>{-3, 3}) {
+    for (Pose pose : paper_48()) {
+      pose.phi_rad = rad_from_deg(turn);
+      all.push_back({pose, ReadingSet::validate});
+    }
+  }
+  return all;
+}
+
+std::vector<Reading> plan_readings(const Design& design, const Mechanism& mechanism,
+                                   std::uint64_t seed) {
+  Random random = Random::stream(seed, "plan");
+  std::vector<Reading> readings;
+  Displacements at = inverse(mechanism.geometry, mechanism.home).l_mm;
+  const std::vector<Visit> all = visits(design, random);
+  double time_s = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Reading r;
+    r.seq = static_cast<int>(i) + 1;
+    r.target = all[i].target;
+    r.set = all[i].set;
+    r.conditions.cmd_mm = inverse(mechanism.geometry, r.target).l_mm;
+    r.conditions.from_mm = at;
+    if (design.name != "paper") {
+      for (int k = 0; k < 3; ++k)
+        r.conditions.from_mm[k] = r.conditions.cmd_mm[k] + (random.uniform() < 0.5 ? 5 : -5);
+    }
+    r.conditions.epoch =
+        1 + static_cast<int>(i * static_cast<std::size_t>(design.epochs) / all.size());
+    time_s += random.uniform(20, 30);
+    r.conditions.time_s = time_s;
+    at = r.conditions.cmd_mm;
+    readings.push_back(r);
+  }
+  return readings;
+}
+
+Truth make_truth(const Design& design, std::uint64_t seed) {
+  Random random = Random::stream(seed, "truth");
+  Truth truth;
+  truth.nominal = paper_mechanism();
+  truth.nominal.screw_lead_mm =
+      design.lead_mm * (1 + design.lead_error);  // what the screw does; see make_case
+  truth.actual = random_geometry(random, 1);
+  for (int e = 0; e < design.epochs; ++e) {
+    simulate::EpochTruth epoch;
+    for (int i = 0; e > 0 && i < 3; ++i) epoch.l_zero_mm[i] = 0.05 * random.normal();
+    if (e > 0)
+      epoch.frame = {0.05 * random.normal(), 0.05 * random.normal(),
+                     rad_from_deg(0.01) * random.normal()};
+    truth.epochs.push_back(epoch);
+  }
+  truth.tracker.sigma_xy_mm = design.sigma_xy_mm;
+  truth.tracker.sigma_phi_rad = rad_from_deg(design.sigma_phi_deg);
+  truth.tracker.correlation = design.correlation;
+  truth.temperature = {random.uniform(18.5, 20.5), random.uniform(3, 6),
+                       random.uniform(1500, 3500)};
+  truth.seed = mix(seed, "noise", 0);
+  return truth;
+}
+
+/// Fills in what robot and tracker do at the planned commands; without noise when `still`.
+void measure(std::vector<Reading>& readings, Truth truth, bool still) {
+  const simulate::VirtualRobot robot(std::move(truth));
+  for (Reading& r : readings) {
+    r.conditions.temp_degc = robot.temperature_degc(*r.conditions.time_s);
+    const auto number = static_cast<std::uint64_t>(r.seq);
+    const ForwardResult seen =
+        still ? robot.seen_pose(r.conditions) : robot.read(r.conditions, number);
+    if (!seen.ok()) throw std::runtime_error("the virtual robot can't reach a planned point");
+    r.measured = seen.pose;
+  }
+}
+
+double surviving_chi2(const Mechanism& mechanism, const std::vector<Reading>& readings,
+                      const TrackerSigma& sigma) {
+  std::vector<Reading> fitted;
+  std::copy_if(readings.begin(), readings.end(), std::back_inserter(fitted),
+               [](const Reading& r) { return r.set == ReadingSet::identify; });
+  return fit_geometry(nominal_model(mechanism), fitted, sigma).chi2;
+}
+
+}  // namespace
+
+const std::vector<Family>& families() {
+  static const std::vector<Family> all = make_families();
+  return all;
+}
+
+const Family& family(const std::string& name) {
+  for (const Family& f : families()) {
+    if (f.name == name) return f;
+  }
+  throw std::runtime_error("no family " + name);
+}
+
+HiddenCase make_case(const Design& design, const std::vector<const Family*>& hidden, double rho,
+                     std::uint64_t seed) {
+  HiddenCase result;
+  Campaign& campaign = result.campaign;
+  campaign.name = "hidden-" + std::to_string(seed);
+  campaign.simulated = true;
+  campaign.mechanism = paper_mechanism();
+  campaign.mechanism.screw_lead_mm = design.lead_mm;
+  campaign.tracker = TrackerSigma{design.sigma_xy_mm * design.stated_over_true,
+                                  rad_from_deg(design.sigma_phi_deg) * design.stated_over_true};
+  campaign.readings = plan_readings(design, campaign.mechanism, seed);
+  const TrackerSigma sigma{design.sigma_xy_mm, rad_from_deg(design.sigma_phi_deg)};
+  Truth truth = make_truth(design, seed);
+  for (std::size_t k = 0; k < hidden.size(); ++k) {
+    const std::uint64_t own = mix(seed, hidden[k]->name, k);
+    Truth alone = make_truth(design, seed);
+    hidden[k]->hide(alone, 1, own);
+    measure(campaign.readings, alone, true);
+    const double chi2 = surviving_chi2(campaign.mechanism, campaign.readings, sigma);
+    hidden[k]->hide(truth, chi2 > 1e-6 ? rho / std::sqrt(chi2) : 0, own);
+    result.hidden.push_back(hidden[k]->name);
+    result.in_catalogue = result.in_catalogue && hidden[k]->in_catalogue;
+  }
+  measure(campaign.readings, truth, false);
+  std::sort(result.hidden.begin(), result.hidden.end());
+  return result;
+}
+
+}  // namespace trammel::tests

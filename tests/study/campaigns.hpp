@@ -1,0 +1,51 @@
+#pragma once
+// Campaigns with a hidden effect, made by the virtual robot: what the diagnosis is judged by.
+// Nothing here looks at the catalogue that is fitted (core/model) or at core/diagnose.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/measure/reading.hpp"
+#include "core/simulate/truth.hpp"
+
+namespace trammel::tests {
+
+/// How the campaign was measured.
+struct Design {
+  std::string name =
+      "rich";  // rich: three orientations, all directions; paper: the 80 points as they come
+  int epochs = 1;
+  double sigma_xy_mm = 0.010;
+  double sigma_phi_deg = 0.004;
+  double stated_over_true = 1;  // the sigma written into the campaign, over the tracker's
+  double lead_mm = 10;
+  double lead_error = 0;   // the screw's true lead is lead_mm (1 + lead_error)
+  double correlation = 0;  // of successive readings
+  double thinning = 1;     // share of the points kept
+};
+
+/// A kind of error, drawn at random: which rails, sign, phase.
+struct Family {
+  std::string name;  // of the catalogue, or of what is outside it
+  bool in_catalogue = true;
+  void (*hide)(simulate::Truth& truth, double size, std::uint64_t seed) = nullptr;  // size 1: usual
+};
+const std::vector<Family>& families();
+
+struct HiddenCase {
+  Campaign campaign;
+  std::vector<std::string> hidden;  // names, rising; empty: nothing
+  bool in_catalogue = true;
+};
+
+/// A campaign in which all of `hidden` act. Each is sized so that noise-free readings keep a chi^2
+/// of rho^2 once the base is refitted to them (so rho is effect over noise, after the refit); 0
+/// where nothing can survive. Geometry of machining size, epochs, directions, temperatures and
+/// noise are drawn from `seed`.
+HiddenCase make_case(const Design& design, const std::vector<const Family*>& hidden, double rho,
+                     std::uint64_t seed);
+
+const Family& family(const std::string& name);
+
+}  // namespace trammel::tests
