@@ -104,6 +104,17 @@ WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading>
   return system;
 }
 
+void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> readings, double rho) {
+  if (rho == 0) return;
+  for (std::size_t i = readings.size(); i-- > 1;) {
+    if (readings[i].conditions.epoch != readings[i - 1].conditions.epoch) continue;
+    const double kept = std::pow(rho, readings[i].seq - readings[i - 1].seq);
+    const auto row = static_cast<Eigen::Index>(3 * i);
+    rows.middleRows<3>(row) =
+        (rows.middleRows<3>(row) - kept * rows.middleRows<3>(row - 3)) / std::sqrt(1 - kept * kept);
+  }
+}
+
 Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian) {
   const auto svd = decompose(whitened_jacobian);
   Identifiable result;
@@ -122,7 +133,13 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   fit.model = start;
   fit.z = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.parameters.size()));
   fit.weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(readings.size()));
-  fit.system = whitened_system(fit.model, readings, sigma, fit.parameters);
+  const auto system_of = [&](const RobotModel& model) {
+    WhitenedSystem system = whitened_system(model, readings, sigma, fit.parameters);
+    decorrelate(system.residual, readings, options.correlation);
+    decorrelate(system.jacobian, readings, options.correlation);
+    return system;
+  };
+  fit.system = system_of(fit.model);
 
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
     if (options.huber) fit.weights = huber_weights(fit.system.residual);
@@ -146,7 +163,7 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
     RobotModel model;
     for (int halving = 0; halving < kMaxHalvings; ++halving, step *= 0.5) {
       model = moved(fit.model, fit.parameters, step);
-      next = whitened_system(model, readings, sigma, fit.parameters);
+      next = system_of(model);
       const double after = objective(next.residual, options.huber) +
                            (options.tolerance_prior ? (fit.z + step).squaredNorm() : 0.0);
       if (after <= before * (1 + 1e-12) + kStop) break;

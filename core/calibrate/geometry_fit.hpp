@@ -36,9 +36,15 @@ struct Identifiable {
 inline constexpr double kCarriesNothing = 0.05;
 Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian);
 
+/// Makes successive readings independent whose noise is correlated in time (AR(1), per epoch):
+///   row_i <- (row_i - rho^d row_(i-1)) / sqrt(1 - rho^(2 d)),  d = seq_i - seq_(i-1)
+/// for the 3 rows of each reading in `rows`, shape (3N, any). Nothing happens for rho = 0.
+void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> readings, double rho);
+
 struct GeometryFitOptions {
   int max_iterations = 50;
   bool huber = false;            // readings beyond kHuber sigmas (of three coordinates) count less
+  double correlation = 0;        // of the noise of one reading with that of the one before
   bool tolerance_prior = false;  // tolerances as priors: each parameter is nominal +- its tolerance
 };
 inline constexpr double kHuber = 3.0;  // sqrt of chi^2(3): 0.03 of clean readings lie beyond

@@ -49,20 +49,22 @@ void require_enough(const Work& w) {
 }
 
 void fit_base(Work& w) {
-  w.base = fit_geometry(nominal_model(w.campaign.mechanism), w.readings, w.out.noise.used);
-  w.space = residual_space(w.base, w.readings, w.out.noise.used);
+  const NoiseFloor& noise = w.out.noise;
+  w.base = fit_geometry(nominal_model(w.campaign.mechanism), w.readings, noise.used,
+                        {.correlation = noise.correlation});
+  w.space = residual_space(w.base, w.readings, noise.used, noise.correlation);
   w.library = make_library(w.space);
 }
 
 /// Step 1: whose word on the noise is taken first.
 void first_noise(Work& w) {
   NoiseFloor& noise = w.out.noise;
-  noise.repeats = repeat_noise(w.readings);
+  noise.repeats = pooled_noise(w.readings);
   if (w.campaign.tracker) {
     noise.stated = noise.used = *w.campaign.tracker;
     noise.source = NoiseSource::tracker;
-  } else if (noise.repeats.dof >= kEnoughRepeats) {
-    noise.used = noise.repeats.sigma;
+  } else if (noise.repeats && noise.repeats->degrees_of_freedom >= kEnoughRepeats) {
+    noise.used = noise.repeats->sigma;
     noise.source = NoiseSource::repeats;
   } else {
     noise.used = {kAssumedXyMm, kAssumedPhiRad};
@@ -87,6 +89,19 @@ void settle_noise(Work& w) {
     w.out.noise.rescaled = !unknown;
     fit_base(w);
   }
+}
+
+/// Noise that is correlated in time is still noise: successive readings are made independent.
+void settle_correlation(Work& w) {
+  w.out.noise.correlation = noise_correlation([&](double rho) {
+    return residual_space(
+        fit_geometry(w.base.model, w.readings, w.out.noise.used, {.correlation = rho}), w.readings,
+        w.out.noise.used, rho);
+  });
+  if (w.out.noise.correlation == 0) return;
+  w.out.notes.push_back(
+      "the noise of successive readings is correlated: it is taken out before anything is tested");
+  fit_base(w);
 }
 
 /// Single bad readings first: four outliers must not become seven effects.
@@ -142,7 +157,8 @@ GeometryFit fit_with(const Work& w, const Candidate& candidate) {
       start.effects.back().values[k] = v != 0 ? v : 1e-12;
     }
   }
-  return fit_geometry(start, w.readings, w.out.noise.used);
+  return fit_geometry(start, w.readings, w.out.noise.used,
+                      {.correlation = w.out.noise.correlation});
 }
 
 void name_effects(Work& w, const Candidate& best, const GeometryFit& fit) {
@@ -209,7 +225,8 @@ void decide(Work& w) {
   }
   const Candidate best = extend(w.library, all.front());
   out.fit = fit_with(w, best);
-  const ResidualSpace left = residual_space(out.fit, w.readings, out.noise.used);
+  const ResidualSpace left =
+      residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   name_effects(w, best, out.fit);
 
@@ -272,6 +289,7 @@ Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options) {
   fit_base(w);
   drop_bad_readings(w);
   settle_noise(w);
+  settle_correlation(w);
   make_shapes(w, w.space);
   w.out.audit = audit_design(w.space);
   say_what_is_not_testable(w);

@@ -10,6 +10,7 @@
 #include "core/diagnose/audit.hpp"
 #include "core/diagnose/noise.hpp"
 #include "core/diagnose/structure.hpp"
+#include "core/measure/noise.hpp"
 #include "core/measure/reading.hpp"
 
 namespace trammel {
@@ -33,7 +34,7 @@ struct NoiseFloor {
   TrackerSigma stated;    // 0 when none was stated
   TrackerSigma used;      // one reading, one standard deviation
   bool rescaled = false;  // the readings say another size than was stated
-  RepeatNoise repeats;
+  std::optional<PooledNoise> repeats;
   double correlation = 0;  // of successive readings, 0 when it is not significant
 };
 

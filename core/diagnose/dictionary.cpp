@@ -379,4 +379,10 @@ std::vector<Shape> dictionary(const ResidualSpace& space) {
   return builder.take();
 }
 
+std::vector<Shape> time_courses(const ResidualSpace& space) {
+  Builder builder(space);
+  add_time_shapes(builder);
+  return builder.take();
+}
+
 }  // namespace trammel

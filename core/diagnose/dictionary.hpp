@@ -23,4 +23,7 @@ struct Shape {
 /// trends and waves in time; polynomials of the pose and the target orientation.
 std::vector<Shape> dictionary(const ResidualSpace& space);
 
+/// The shapes of time alone: trends, steps, waves, settling.
+std::vector<Shape> time_courses(const ResidualSpace& space);
+
 }  // namespace trammel

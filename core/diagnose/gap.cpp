@@ -113,7 +113,9 @@ void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, cons
       if (active.effect->name == e->name) model.effects.push_back(active);
     }
     const bool last = model.effects.size() == diagnosis.fit.model.effects.size();
-    model = last ? diagnosis.fit.model : fit_geometry(model, fitted, sigma).model;
+    model = last ? diagnosis.fit.model
+                 : fit_geometry(model, fitted, sigma, {.correlation = diagnosis.noise.correlation})
+                       .model;
     diagnosis.gap.push_back(make_step("+" + e->name, model, fitted, unseen, nominal, sigma.xy_mm));
   }
 }

@@ -3,8 +3,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <tuple>
+
+#include "core/diagnose/dictionary.hpp"
+#include "core/diagnose/selection.hpp"
+#include "core/diagnose/structure.hpp"
 
 namespace trammel {
 
@@ -13,33 +15,20 @@ namespace {
 constexpr double kMedianChi2Of3 = 2.36597;
 constexpr double kTenSigmasSquared = 100;
 
-using GroupKey = std::tuple<int, long, long, long, int, int, int>;
-
-GroupKey group_of(const Reading& r) {
-  const auto rounded = [](double v) { return std::lround(v * 1e6); };  // nm, urad
-  const auto dir = [&](int i) {
-    const double d = r.conditions.cmd_mm[i] - r.conditions.from_mm[i];
-    return d > 1e-6 ? 1 : d < -1e-6 ? -1 : 0;
-  };
-  return {r.conditions.epoch,
-          rounded(r.target.x_mm),
-          rounded(r.target.y_mm),
-          rounded(r.target.phi_rad),
-          dir(0),
-          dir(1),
-          dir(2)};
-}
-
-/// Distances d_i of the readings from a fit with projector I - U U', weights one a reading.
-Eigen::VectorXd distances(const ResidualSpace& space, const Eigen::MatrixXd& U,
-                          const Eigen::VectorXd& r) {
-  const auto n = static_cast<Eigen::Index>(space.readings.size());
-  Eigen::VectorXd d(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
+/// d_i = r_loo' (I + A_loo)^-1 r_loo, chi^2(3) for a good reading: its residual from a fit without
+/// it, over the covariance of that. From the weighted fit (U orthonormal, reading i weighted w): H
+/// = w^2 A, r_loo = (I - H)^-1 r, so d = r' (I - H)^-1 (I + (1 - w^2) A)^-1 r.
+Eigen::VectorXd distances(const Eigen::MatrixXd& U, const Eigen::VectorXd& r,
+                          const Eigen::VectorXd& weight) {
+  Eigen::VectorXd d(weight.size());
+  for (Eigen::Index i = 0; i < d.size(); ++i) {
     const auto rows = U.middleRows<3>(3 * i);
-    const Eigen::Matrix3d left = Eigen::Matrix3d::Identity() - rows * rows.transpose();
+    const Eigen::Matrix3d H = rows * rows.transpose();
+    const double w2 = weight[i] * weight[i];
+    const Eigen::Matrix3d C =
+        (Eigen::Matrix3d::Identity() - H) * (Eigen::Matrix3d::Identity() + (1 - w2) / w2 * H);
     const Eigen::Vector3d ri = r.segment<3>(3 * i);
-    d[i] = ri.dot(left.fullPivLu().solve(ri));
+    d[i] = ri.dot(C.fullPivLu().solve(ri));
   }
   return d;
 }
@@ -77,11 +66,10 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
     }
     const Eigen::MatrixXd U = orthonormal(weighted);
     r -= U * (U.transpose() * r);
-    const Eigen::VectorXd d = distances(space, U, r);
-    // back to the reading's own scale: the weights were in r
-    fit.distance = d.cwiseQuotient(weight.cwiseAbs2());
+    for (Eigen::Index i = 0; i < n; ++i) r.segment<3>(3 * i) /= weight[i];
+    fit.distance = distances(U, r, weight);
     fit.distance /= median(fit.distance) / kMedianChi2Of3;
-    fit.residual = r.cwiseQuotient(weight.replicate(1, 3).transpose().reshaped());
+    fit.residual = r;
     for (Eigen::Index i = 0; i < n; ++i)
       weight[i] = std::min(1.0, 3.0 / std::sqrt(fit.distance[i]));
   }
@@ -107,26 +95,6 @@ bool heavy_tails(const RobustFit& fit, double threshold) {
 }
 
 }  // namespace
-
-RepeatNoise repeat_noise(std::span<const Reading> readings) {
-  std::map<GroupKey, std::vector<Eigen::Vector3d>> groups;
-  for (const Reading& r : readings) {
-    if (r.measured) groups[group_of(r)].push_back(r.measured->vector());
-  }
-  RepeatNoise noise;
-  double xy = 0, phi = 0;
-  for (const auto& [key, poses] : groups) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const auto& p : poses) mean += p / static_cast<double>(poses.size());
-    for (const auto& p : poses) {
-      xy += (p - mean).head<2>().squaredNorm();
-      phi += std::pow(p[2] - mean[2], 2);
-    }
-    noise.dof += static_cast<int>(poses.size()) - 1;
-  }
-  if (noise.dof > 0) noise.sigma = {std::sqrt(xy / (2 * noise.dof)), std::sqrt(phi / noise.dof)};
-  return noise;
-}
 
 NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
   const Eigen::MatrixXd U = orthonormal(all_columns(space, signals));
@@ -157,6 +125,23 @@ std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::M
   }
   if (static_cast<double>(bad.size()) > kMostBad * n) bad.clear();
   return bad;
+}
+
+double noise_correlation(const std::function<ResidualSpace(double rho)>& space_with) {
+  constexpr double kTooSmall = 0.02;  // a correlation below this changes nothing
+  const auto z_at = [&](double rho, bool without_time) {
+    const ResidualSpace space = space_with(rho);
+    std::vector<Shape> removed = without_time ? time_courses(space) : std::vector<Shape>{};
+    removed.push_back({"catalogue", "all", make_library(space).signals});
+    return successive_agreement(space, removed);
+  };
+  if (z_at(0, false) < kCorrelated || z_at(0, true) < kNotACourse) return 0;
+  double low = 0, high = 0.95;  // z falls as rho rises
+  while (high - low > kTooSmall) {
+    const double middle = 0.5 * (low + high);
+    (z_at(middle, true) > 0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
 }
 
 }  // namespace trammel

@@ -1,6 +1,7 @@
 #pragma once
 // The size of the noise, and single readings that are not of it.
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,13 +11,6 @@
 
 namespace trammel {
 
-/// Standard deviation of readings that were repeated: same target, same approach, same epoch.
-struct RepeatNoise {
-  TrackerSigma sigma;
-  int dof = 0;  // repeats beyond the first of each group; sigma holds only when > 0
-};
-RepeatNoise repeat_noise(std::span<const Reading> readings);
-
 /// What the base and the whole catalogue together leave, per kind of coordinate, over the stated
 /// sigma.
 struct NoiseRatio {
@@ -24,6 +18,16 @@ struct NoiseRatio {
   double u_xy = 0, u_phi = 0;  // standard uncertainties
 };
 NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signals);
+
+/// Correlation of the noise of successive readings; 0 where there is none.
+///
+/// Successive readings agree more than base and catalogue let them (z > kCorrelated), and still do
+/// once every trend, step and wave in time is fitted as well (z > kNotACourse): a shift makes
+/// neighbours agree too, and is structure, not noise. rho is where decorrelated residuals agree no
+/// more than white noise through the same projection.
+double noise_correlation(const std::function<ResidualSpace(double rho)>& space_with);
+inline constexpr double kCorrelated = 3.5;  // 0.02 % of clean campaigns
+inline constexpr double kNotACourse = 2.0;
 
 /// Places (in `space.readings`) of single bad readings, against base and catalogue fitted robustly.
 ///

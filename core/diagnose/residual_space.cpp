@@ -8,10 +8,11 @@
 namespace trammel {
 
 ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
-                             const TrackerSigma& sigma) {
+                             const TrackerSigma& sigma, double correlation) {
   ResidualSpace space;
   space.readings.assign(readings.begin(), readings.end());
   space.sigma = sigma;
+  space.correlation = correlation;
   for (const Reading& reading : readings) {
     space.predictions.push_back(moment_of(fit.model, reading.conditions));
   }

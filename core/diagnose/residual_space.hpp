@@ -21,6 +21,7 @@ struct ResidualSpace {
   std::vector<Reading> readings;
   std::vector<Prediction> predictions;  // of the fit's geometry, with the moments effects act in
   TrackerSigma sigma;
+  double correlation = 0;    // of successive readings: taken out of residual, Q and signals alike
   Eigen::MatrixXd Q;         // orthonormal, shape (3N, rank)
   Eigen::VectorXd residual;  // shape (3N)
 
@@ -31,9 +32,9 @@ struct ResidualSpace {
   }
 };
 
-/// Around `fit`, which was made on `readings` with `sigma`.
+/// Around `fit`, which was made on `readings` with `sigma` and `correlation`.
 ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
-                             const TrackerSigma& sigma);
+                             const TrackerSigma& sigma, double correlation = 0);
 
 /// Whitened signal of a deviation given per reading, shape (3N). Not projected.
 template <typename DeviationOf>
@@ -45,6 +46,7 @@ Eigen::VectorXd whitened_signal(const ResidualSpace& space, DeviationOf deviatio
     column.segment<3>(3 * static_cast<Eigen::Index>(i)) =
         response(at, deviation_of(space.readings[i], at.moment)).cwiseQuotient(sigma);
   }
+  decorrelate(column, space.readings, space.correlation);
   return column;
 }
 

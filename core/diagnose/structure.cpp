@@ -202,4 +202,25 @@ StructureTest test_structure(const ResidualSpace& space, const std::vector<Shape
   return result;
 }
 
+double successive_agreement(const ResidualSpace& space, const std::vector<Shape>& removed) {
+  Eigen::Index columns = space.Q.cols();
+  for (const Shape& shape : removed) columns += shape.columns.cols();
+  Eigen::MatrixXd all(space.rows(), columns);
+  all.leftCols(space.Q.cols()) = space.Q;
+  Eigen::Index at = space.Q.cols();
+  for (const Shape& shape : removed) {
+    all.middleCols(at, shape.columns.cols()) = shape.columns;
+    at += shape.columns.cols();
+  }
+  for (Eigen::Index j = 0; j < columns; ++j) all.col(j).normalize();
+  ResidualSpace left = space;
+  left.Q = orthonormal(all);
+  left.residual = left.project(space.residual);
+  Battery battery;
+  battery.neighbours = {in_time(space)};
+  calibrate_agreement(battery, left, 1);
+  return (agreement(battery.neighbours[0], left.residual)[0] - battery.agreement_mean[0]) /
+         battery.agreement_std[0];
+}
+
 }  // namespace trammel

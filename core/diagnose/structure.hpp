@@ -42,4 +42,8 @@ struct StructureTest {
 StructureTest test_structure(const ResidualSpace& space, const std::vector<Shape>& shapes,
                              const StructureOptions& options = {});
 
+/// How many standard deviations successive readings of an epoch agree more than white noise would,
+/// once `removed` has been fitted to them as well.
+double successive_agreement(const ResidualSpace& space, const std::vector<Shape>& removed);
+
 }  // namespace trammel
