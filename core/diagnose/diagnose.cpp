@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kAssumedXyMm = 0.010;  // where neither tracker nor repeats say: only a first guess
 constexpr double kAssumedPhiRad = rad_from_deg(0.01);
-constexpr int kEnoughRepeats = 8;  // degrees of freedom before repeats give the noise alone
+constexpr int kEnoughRepeats = 8;     // degrees of freedom before repeats give the noise alone
+constexpr double kBlindShare = 1e-4;  // surviving share below which a design is blind to an effect
 constexpr double kOtherNoise =
     3.3;  // standard uncertainties (0.1 %) by which a stated sigma must be off
 
@@ -209,7 +210,47 @@ void say_what_is_not_testable(Work& w) {
   }
 }
 
-void decide(Work& w) {
+std::vector<Tie::Term> terms_of(const Library& library, const Candidate& candidate) {
+  std::vector<Tie::Term> terms;
+  Eigen::Index at = 0;
+  for (const int u : candidate.units) {
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
+    for (const int k : unit.parameters) terms.push_back({unit.effect, k, candidate.values[at++]});
+  }
+  return terms;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& n : names) text += (text.empty() ? "" : " + ") + n;
+  return text;
+}
+
+Tie tie_between(const Library& library, const Candidate& best, const Candidate& rival) {
+  return {terms_of(library, best), terms_of(library, rival),
+          "tells " + joined(names_of(best)) + " from " + joined(names_of(rival))};
+}
+
+/// Effects whose conditions are recorded but which this design can't show: a twentieth of their
+/// usual maximum should not hide.
+std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit) {
+  constexpr double kShouldNotHide = 0.05;
+  std::vector<Tie> ties;
+  for (std::size_t e = 0; e < audit.size(); ++e) {
+    const Effect& effect = effect_catalogue()[e];
+    if (audit[e].smallest_visible && audit[e].surviving_share > kBlindShare) continue;
+    if (!audit[e].missing.empty() && effect.needs.front() != Need::direction) continue;
+    for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
+      ties.push_back({{{static_cast<int>(e), static_cast<int>(k),
+                        kShouldNotHide * effect.parameters[k].usual_max}},
+                      {},
+                      "makes " + effect.name + " visible"});
+    }
+  }
+  return ties;
+}
+
+void decide(Work& w, std::vector<Tie>& ties) {
   Diagnosis& out = w.out;
   out.before = test(w, w.space, w.options.false_alarm);
   out.fit = w.base;
@@ -229,21 +270,37 @@ void decide(Work& w) {
       residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   name_effects(w, best, out.fit);
+  const auto give_up = [&](std::vector<Finding> where) {
+    out.verdict = Verdict::unexplained;
+    out.structure = std::move(where);
+    const auto tried =
+        std::stable_partition(out.effects.begin(), out.effects.end(),
+                              [](const NamedEffect& e) { return e.name == "outlier_readings"; });
+    out.tried.assign(tried, out.effects.end());
+    out.effects.erase(tried, out.effects.end());
+    out.fit = w.base;
+  };
 
   double unnamed_score = 0;
   const auto unnamed = better_shape(w, best, unnamed_score);
   const bool inadequate = out.after.family_p <= w.options.inadequate;
   if (inadequate || (unnamed && unnamed_score > best.score)) {
-    out.verdict = Verdict::unexplained;
-    out.structure = inadequate ? out.after.findings : std::vector<Finding>{*unnamed};
+    give_up(inadequate ? out.after.findings : std::vector<Finding>{*unnamed});
     return;
   }
   for (const Candidate& c : rivals_of(best, all)) {
     out.rivals.push_back(
         {names_of(c), c.parameters, std::exp(0.5 * (best.score - c.score)), false});
+    ties.push_back(tie_between(w.library, best, c));
   }
   for (const Candidate& c : structural_ties(w.library, best)) {
+    const bool known = std::any_of(out.rivals.begin(), out.rivals.end(), [&](Rival& r) {
+      r.structural = r.structural || r.names == names_of(c);
+      return r.names == names_of(c);
+    });
+    if (known) continue;
     out.rivals.push_back({names_of(c), c.parameters, 1, true});
+    ties.push_back(tie_between(w.library, best, c));
   }
   if (unnamed && unnamed_score > best.score - kEvidence20To1) {
     out.rivals.push_back({{"unnamed: " + unnamed->where + ", " + unnamed->when},
@@ -293,7 +350,12 @@ Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options) {
   make_shapes(w, w.space);
   w.out.audit = audit_design(w.space);
   say_what_is_not_testable(w);
-  decide(w);
+  std::vector<Tie> ties;
+  decide(w, ties);
+  if (ties.empty()) ties = blind_ties(w.out.audit);
+  if (w.out.verdict != Verdict::explained) {
+    w.out.next = plan_next_points(w.base, w.readings, w.out.noise.used, ties);
+  }
   measure_gap(campaign, w.readings, w.base, w.out);
   for (const Reading& r : of_set(campaign, ReadingSet::predict)) {
     const PredictedPose p = predict_with_covariance(w.out.fit, r.conditions);

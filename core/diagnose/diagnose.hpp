@@ -8,6 +8,7 @@
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/diagnose/audit.hpp"
+#include "core/diagnose/next_points.hpp"
 #include "core/diagnose/noise.hpp"
 #include "core/diagnose/structure.hpp"
 #include "core/measure/noise.hpp"
@@ -85,9 +86,12 @@ struct Diagnosis {
   std::vector<AuditRow> audit;
   StructureTest before, after;  // residuals of the base; of base and named effects
   std::vector<NamedEffect> effects;
+  std::vector<NamedEffect>
+      tried;  // unexplained: the best the catalogue could do, not added to the model
   std::vector<Rival> rivals;
   std::vector<Finding> structure;  // what is left when the verdict is `unexplained`
   std::vector<GapStep> gap;
+  NextPoints next;
   std::vector<PredictedRow> predictions;
   GeometryFit fit;                 // of the last model of the chain
   std::vector<std::string> notes;  // what could not be tested, what was assumed
