@@ -111,6 +111,7 @@ ExitCode run_calibrate(const Options& options, Context& context) {
 void setup_calibrate(CLI::App& app, Context& context) {
   CLI::App& calibrate = noun(app, "calibrate", "Identify a correction from a campaign's readings");
   for (const job::Stage& stage : job::stages()) {
+    if (stage.name == "diagnose") continue;  // a command of its own
     CLI::App& command = *calibrate.add_subcommand(stage.name, stage.what);
     auto options = std::make_shared<Options>();
     options->request.stage = stage.name;

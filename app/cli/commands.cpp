@@ -5,6 +5,7 @@
 #include "app/cli/campaign_exchange.hpp"
 #include "app/cli/compare.hpp"
 #include "app/cli/db.hpp"
+#include "app/cli/diagnose.hpp"
 #include "app/cli/job.hpp"
 #include "app/cli/mechanism.hpp"
 #include "app/cli/plan.hpp"
@@ -28,6 +29,7 @@ const std::vector<Setup>& commands() {
       setup_campaign_exchange,
       setup_reading,
       setup_calibrate,
+      setup_diagnose,
       setup_job,
       setup_report,
       setup_compare,

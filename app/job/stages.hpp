@@ -28,7 +28,7 @@ struct Stage {
   StageResult (*run)(const Campaign& campaign, const Json& parameters);
 };
 
-/// All stages: lsq, geometry, idw, rbf, gp, hybrid, contest.
+/// All stages: lsq, geometry, idw, rbf, gp, hybrid, contest, diagnose.
 std::span<const Stage> stages();
 
 /// Throws NotFoundError that lists the stages there are.
@@ -44,5 +44,6 @@ Stage gp_stage();
 Stage geometry_stage();
 Stage hybrid_stage();
 Stage contest_stage();
+Stage diagnose_stage();
 
 }  // namespace trammel::job

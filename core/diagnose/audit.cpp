@@ -64,7 +64,9 @@ std::vector<AuditRow> audit_design(const ResidualSpace& space) {
         const Eigen::VectorXd seen = signals[e].projected.colwise().norm().transpose();
         double worst = 0;
         for (Eigen::Index k = 0; k < seen.size(); ++k) {
-          const double usual = effect.parameters[static_cast<std::size_t>(k)].usual_max;
+          const auto& parameter = effect.parameters[static_cast<std::size_t>(k)];
+          if (parameter.unit != row.unit) continue;
+          const double usual = parameter.usual_max;
           worst = std::max(worst, usual * kVisibleZ / seen[k]);
         }
         row.smallest_visible = worst;

@@ -19,7 +19,7 @@ struct AuditRow {
   std::string effect;
   double surviving_share = 0;  // of the whitened sum of squares that the base can't imitate
   std::optional<double>
-      smallest_visible;  // of the parameter seen worst, at 80 % power; nothing: invisible
+      smallest_visible;  // of the parameter (of that unit) seen worst, at 80 % power
   std::string unit;
   std::vector<Alias> aliases;  // effects that share more than kAliasShare of the signal
   std::string missing;         // condition that is not recorded or does not vary

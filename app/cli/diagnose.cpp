@@ -1,0 +1,125 @@
+#include "app/cli/diagnose.hpp"
+
+#include <fmt/format.h>
+
+#include "app/exchange/campaign_file.hpp"
+#include "app/exchange/files.hpp"
+#include "app/job/diagnosis_text.hpp"
+#include "app/job/model_chain.hpp"
+#include "app/job/run.hpp"
+#include "app/session/plan_json.hpp"
+#include "core/units.hpp"
+#include "store/open.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+struct Options {
+  job::Request request;
+  Json given = Json::object();
+  std::string from;
+  std::string require;
+  std::string plan;
+};
+
+/// On a folder: no database is opened.
+Json of_folder(const Options& options) {
+  const job::Stage& stage = job::find_stage("diagnose");
+  return stage.run(read_campaign(options.from).campaign, stage.complete(options.given)).details;
+}
+
+Json of_stored(const Options& options, Context& context) {
+  store::Connection db = store::open(context.db(), store::Access::write);
+  job::Request request = options.request;
+  request.stage = "diagnose";
+  request.parameters = options.given;
+  const job::Outcome outcome = job::run(db, request);
+  if (outcome.reused) {
+    context.say(fmt::format(
+        "reused: job {} has the same readings, parameters and version (--force computes it again)",
+        outcome.job.id));
+  } else {
+    job::store_model_chain(db, outcome.job);
+  }
+  Json details = Json::parse(outcome.job.data.result_json)["details"];
+  details["job"] = outcome.job.id;
+  details["job_key"] = outcome.job.data.key.key;
+  return details;
+}
+
+/// The suggested points as a plan that `session run` measures.
+Plan plan_of(const Json& points) {
+  Plan plan;
+  plan.name = "next-points";
+  for (const Json& p : points) {
+    PlannedPoint point;
+    point.seq = static_cast<int>(plan.points.size()) + 1;
+    point.target = {p["x_mm"], p["y_mm"], rad_from_deg(p["phi_deg"])};
+    point.approach = p["approach"].get<Approach>();
+    point.group = p["why"];
+    plan.points.push_back(point);
+  }
+  return plan;
+}
+
+void write_plan(const Options& options, const Json& details, Context& context) {
+  if (options.plan.empty()) return;
+  if (details["next_points"].empty()) {
+    context.say("no plan was written: there are no points to suggest");
+    return;
+  }
+  write_file_atomically(options.plan,
+                        session::plan_json(plan_of(details["next_points"])).dump(2) + "\n");
+  context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
+}
+
+void require_usable(const Options& options) {
+  if (options.from.empty() == options.request.campaign.empty()) {
+    throw UsageError({.what = "diagnose takes a stored campaign or a folder, one of them",
+                      .hint = "trammel diagnose CAMPAIGN, or trammel diagnose --from DIR"});
+  }
+}
+
+ExitCode run_diagnose(const Options& options, Context& context) {
+  require_usable(options);
+  Json details = options.from.empty() ? of_stored(options, context) : of_folder(options);
+  details.erase("models");
+  write_plan(options, details, context);
+  const std::string verdict = details["verdict"];
+  context.json ? context.print("diagnose", details) : context.print(job::diagnosis_text(details));
+  if (!options.from.empty()) {
+    context.next(fmt::format("trammel campaign import {}", options.from));
+  } else if (verdict == "explained") {
+    context.next(fmt::format("trammel model list {}", options.request.campaign));
+  } else if (!details["next_points"].empty() && options.plan.empty()) {
+    context.next(fmt::format("trammel diagnose {} --plan next.json", options.request.campaign));
+  }
+  return options.require.empty() || options.require == verdict ? ExitCode::ok
+                                                               : ExitCode::not_acceptable;
+}
+
+}  // namespace
+
+void setup_diagnose(CLI::App& app, Context& context) {
+  CLI::App& command = *app.add_subcommand(
+      "diagnose", "Which physical effect is the model missing, and can it be trusted");
+  auto options = std::make_shared<Options>();
+  command.add_option("campaign", options->request.campaign, "name or uuid of a stored campaign");
+  command.add_option("--from", options->from,
+                     "a campaign/1 folder instead; no database is touched");
+  command.add_option("--session", options->request.sessions,
+                     "on this session (repeatable; all baseline sessions)");
+  command.add_option("--plan", options->plan, "write the points to measure next as a plan");
+  command.add_option("--require", options->require, "exit 5 when the verdict is another")
+      ->check(CLI::IsMember({"nothing_missing", "explained", "ambiguous", "unexplained"}));
+  command.add_option_function<int>(
+      "--seed", [options](const int& v) { options->given["seed"] = v; }, "of the bootstrap (1)");
+  command.add_option_function<int>(
+      "--replicates", [options](const int& v) { options->given["replicates"] = v; },
+      "of the bootstrap (2000)");
+  command.add_flag("--force", options->request.force, "compute again and store another run");
+  on_run(command, context, options, run_diagnose);
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,18 @@
+#pragma once
+// The chain nominal -> geometry -> +effect -> … of a diagnosis, as the campaign's model versions.
+
+#include "app/job/correction_json.hpp"
+#include "core/diagnose/diagnose.hpp"
+#include "store/job.hpp"
+
+namespace trammel::job {
+
+/// One object per step of the gap: {"name", "correction", "effects", "identify_rms_mm", …}; each
+/// effect with values, standard deviations and units, as fitted in the last model.
+Json model_chain_json(const Diagnosis& diagnosis);
+
+/// Stores the chain that a diagnose job found as the campaign's next model versions, each the child
+/// of the one before.
+void store_model_chain(store::Connection& connection, const store::Job& job);
+
+}  // namespace trammel::job

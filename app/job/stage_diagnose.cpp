@@ -1,0 +1,54 @@
+#include "app/job/diagnosis_json.hpp"
+#include "app/job/model_chain.hpp"
+#include "app/job/stages.hpp"
+
+namespace trammel::job {
+
+namespace {
+
+constexpr int kMostReplicates = 100000;
+
+Json complete(const Json& given) {
+  const JsonFile file = parse_json(given.dump(), "parameters of diagnose");
+  Fields f(file);
+  const DiagnoseOptions defaults;
+  Json all = {{"seed", f.integer("seed", 1)},
+              {"replicates", f.integer("replicates", defaults.replicates)},
+              {"false_alarm", f.number("false_alarm", defaults.false_alarm)},
+              {"inadequate", f.number("inadequate", defaults.inadequate)}};
+  f.done();
+  const auto replicates = all["replicates"].get<long long>();
+  if (replicates < 100 || replicates > kMostReplicates) {
+    f.refuse("replicates", "the bootstrap needs a sensible number", "100 to 100000");
+  }
+  for (const char* level : {"false_alarm", "inadequate"}) {
+    const double value = all[level].get<double>();
+    if (!(value > 0 && value < 0.5))
+      f.refuse(level, "a false-alarm rate", "more than 0, less than 0.5");
+  }
+  return all;
+}
+
+StageResult run(const Campaign& campaign, const Json& p) {
+  const Diagnosis d = diagnose(campaign, {.false_alarm = p["false_alarm"].get<double>(),
+                                          .inadequate = p["inadequate"].get<double>(),
+                                          .seed = p["seed"].get<std::uint64_t>(),
+                                          .replicates = p["replicates"].get<int>()});
+  StageResult out;
+  out.correction = ModelCorrection{d.fit.model};
+  out.details = diagnosis_json(d, campaign.name);
+  out.details["models"] = model_chain_json(d);
+  return out;
+}
+
+}  // namespace
+
+Stage diagnose_stage() {
+  return {.name = "diagnose",
+          .algorithm_version = 1,
+          .what = "the discrepancy workflow: which physical effect the model is missing",
+          .complete = complete,
+          .run = run};
+}
+
+}  // namespace trammel::job
