@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
+#include <optional>
 
 #include "core/error.hpp"
 
@@ -75,6 +76,27 @@ void add_prior(WhitenedSystem& system, const Eigen::VectorXd& z) {
   system.jacobian.bottomRows(n).setIdentity();
 }
 
+std::optional<WhitenedSystem> system_within_reach(const RobotModel& model,
+                                                  std::span<const Reading> readings,
+                                                  const TrackerSigma& sigma,
+                                                  const std::vector<FreeParameter>& parameters) {
+  const Eigen::Vector3d s = sigmas(sigma);
+  const auto rows = static_cast<Eigen::Index>(3 * readings.size());
+  WhitenedSystem system{Eigen::VectorXd(rows),
+                        Eigen::MatrixXd(rows, static_cast<Eigen::Index>(parameters.size()))};
+  Eigen::Index row = 0;
+  for (const Reading& reading : readings) {
+    const Prediction at = predict(model, reading.conditions);
+    if (!at.ok()) return std::nullopt;
+    system.residual.segment<3>(row) =
+        (reading.measured->vector() - at.pose.vector()).cwiseQuotient(s);
+    system.jacobian.middleRows<3>(row) =
+        s.cwiseInverse().asDiagonal() * derivative(model, parameters, reading.conditions, at);
+    row += 3;
+  }
+  return system;
+}
+
 Eigen::JacobiSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& jacobian) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
   const Eigen::Index n = std::min(jacobian.rows(), jacobian.cols());
@@ -87,21 +109,10 @@ Eigen::JacobiSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& jacobian) {
 WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading> readings,
                                const TrackerSigma& sigma,
                                const std::vector<FreeParameter>& parameters) {
-  const Eigen::Vector3d s = sigmas(sigma);
-  const auto rows = static_cast<Eigen::Index>(3 * readings.size());
-  WhitenedSystem system{Eigen::VectorXd(rows),
-                        Eigen::MatrixXd(rows, static_cast<Eigen::Index>(parameters.size()))};
-  Eigen::Index row = 0;
   for (const Reading& reading : readings) {
-    const Prediction at = predict(model, reading.conditions);
-    if (!at.ok() || !reading.measured) unreachable(reading);
-    system.residual.segment<3>(row) =
-        (reading.measured->vector() - at.pose.vector()).cwiseQuotient(s);
-    system.jacobian.middleRows<3>(row) =
-        s.cwiseInverse().asDiagonal() * derivative(model, parameters, reading.conditions, at);
-    row += 3;
+    if (!reading.measured || !predict(model, reading.conditions).ok()) unreachable(reading);
   }
-  return system;
+  return *system_within_reach(model, readings, sigma, parameters);
 }
 
 void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> readings, double rho) {
@@ -133,13 +144,12 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   fit.model = start;
   fit.z = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.parameters.size()));
   fit.weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(readings.size()));
-  const auto system_of = [&](const RobotModel& model) {
-    WhitenedSystem system = whitened_system(model, readings, sigma, fit.parameters);
+  const auto settled = [&](WhitenedSystem system) {
     decorrelate(system.residual, readings, options.correlation);
     decorrelate(system.jacobian, readings, options.correlation);
     return system;
   };
-  fit.system = system_of(fit.model);
+  fit.system = settled(whitened_system(fit.model, readings, sigma, fit.parameters));
 
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
     if (options.huber) fit.weights = huber_weights(fit.system.residual);
@@ -159,22 +169,25 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
                              .maxCoeff();
     const double before = objective(fit.system.residual, options.huber) +
                           (options.tolerance_prior ? fit.z.squaredNorm() : 0.0);
-    WhitenedSystem next;
-    RobotModel model;
-    for (int halving = 0; halving < kMaxHalvings; ++halving, step *= 0.5) {
-      model = moved(fit.model, fit.parameters, step);
-      next = system_of(model);
-      const double after = objective(next.residual, options.huber) +
+    bool better = false;
+    for (int halving = 0; halving < kMaxHalvings && !better; ++halving, step *= 0.5) {
+      const RobotModel model = moved(fit.model, fit.parameters, step);
+      auto next = system_within_reach(model, readings, sigma, fit.parameters);
+      if (!next) continue;  // a step along what readings hardly know can leave reach
+      *next = settled(std::move(*next));
+      const double after = objective(next->residual, options.huber) +
                            (options.tolerance_prior ? (fit.z + step).squaredNorm() : 0.0);
-      if (after <= before * (1 + 1e-12) + kStop) break;
+      if (after > before * (1 + 1e-12) + kStop) continue;
+      better = true;
+      fit.z += step;
+      fit.model = model;
+      fit.system = *std::move(next);
     }
-    fit.z += step;
-    fit.model = model;
-    fit.system = next;
     if (moves < kStop) {
       fit.status = GeometryFit::Status::converged;
       break;
     }
+    if (!better) break;
   }
   WhitenedSystem system = weighted(fit.system, fit.weights);
   if (options.tolerance_prior) add_prior(system, fit.z);

@@ -21,7 +21,7 @@ std::string to_string(Verdict verdict);
 
 struct DiagnoseOptions {
   double false_alarm = 0.007;  // of the structure test over everything, family-wise
-  double inadequate = 0.007;   // of the same test once the effects are in
+  double inadequate = 0.002;   // of the same test once the effects are in
   std::uint64_t seed = 1;
   int replicates = 2000;
   int threads = 2;

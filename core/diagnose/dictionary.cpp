@@ -141,19 +141,33 @@ void add_rail_shapes(Builder& builder) {
   }
 }
 
+/// Periods in leads up to a little more than a turn (harmonics, a lead stated wrong), and from
+/// there on one per wave that the travelled range holds: no period between two of them is missed.
+std::vector<double> periods_mm(double lead_mm, double range_mm) {
+  std::vector<double> periods;
+  for (const double turns : {0.25, 1.0 / 3, 0.4, 0.5, 0.6, 2.0 / 3, 0.75, 0.9, 0.95, 0.98, 0.99,
+                             1.01, 1.02, 1.05, 1.1}) {
+    periods.push_back(turns * lead_mm);
+  }
+  constexpr int kMostWaves = 30;
+  for (int waves = 3; waves < kMostWaves && range_mm / waves > 1.15 * lead_mm; ++waves) {
+    periods.push_back(range_mm / waves);
+  }
+  return periods;
+}
+
 void add_periodic_shapes(Builder& builder, double lead_mm) {
-  const double periods[] = {0.25, 1.0 / 3, 0.4,  0.5,  0.6,  2.0 / 3, 0.75, 0.9,
-                            0.95, 0.98,    0.99, 1.01, 1.02, 1.05,    1.1,  1.25,
-                            1.5,  2,       2.5,  3,    4,    5,       6,    8};
   for (int rail = 0; rail < kChains; ++rail) {
-    for (const double period : periods) {
+    const Range range =
+        builder.range([rail](const Reading&, const Moment& m) { return m.l_mm[rail]; });
+    for (const double period : periods_mm(lead_mm, range.width())) {
       const auto wave = [=](bool sine) -> Scalar {
         return [=](const Reading&, const Moment& m) {
-          const double turn = 2 * kPi * m.l_mm[rail] / (period * lead_mm);
+          const double turn = 2 * kPi * m.l_mm[rail] / period;
           return sine ? std::sin(turn) : std::cos(turn);
         };
       };
-      builder.add(rail_name(rail) + text(", repeating every %.2f mm", period * lead_mm), "all",
+      builder.add(rail_name(rail) + text(", repeating every %.2f mm", period), "all",
                   {along(rail, wave(true)), along(rail, wave(false))});
     }
   }

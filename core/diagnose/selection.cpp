@@ -277,7 +277,7 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
 std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
                                     const Candidate& best, const std::vector<Shape>& shapes,
                                     double& score) {
-  constexpr double kSameShape = 0.95;  // share of the replaced signal that makes it the same one
+  constexpr double kSameShape = 0.95;  // share of a signal that makes it the same one
   std::vector<std::vector<int>> kept = {{}};
   if (best.effects.size() > 1) {
     for (const int effect : best.effects) {
@@ -299,6 +299,8 @@ std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& l
   fitted = space.project(fitted);
   const double search_price =
       kPriceOfName + 2 * std::log(static_cast<double>(shapes.size()) / 30.0);
+  const Eigen::MatrixXd named =
+      orthonormal(space.project(library.signals));  // all the catalogue can say
   std::optional<Finding> found;
   for (const auto& units : kept) {
     Eigen::MatrixXd known(space.rows(), parameter_count(library, units));
@@ -320,6 +322,8 @@ std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& l
       D -= K * (K.transpose() * D);
       const Eigen::MatrixXd U = orthonormal(D);
       if ((U.transpose() * replaced).squaredNorm() > kSameShape * replaced.squaredNorm()) continue;
+      const Eigen::VectorXd seen = U * (U.transpose() * r);
+      if ((named.transpose() * seen).squaredNorm() > kSameShape * seen.squaredNorm()) continue;
       const double gain = (U.transpose() * r).squaredNorm();
       const double s =
           base + gain - search_price - kPriceOfParameter * static_cast<double>(U.cols());

@@ -70,7 +70,8 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
 double gain_of(const Library& library, const std::vector<int>& units);
 
 /// The shape without a name that does best in place of the whole of `best` or of one of its
-/// effects, where it is another signal; its score in `score`.
+/// effects, where it is another signal than those and than any the catalogue can make; its score in
+/// `score`.
 std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
                                     const Candidate& best, const std::vector<Shape>& shapes,
                                     double& score);

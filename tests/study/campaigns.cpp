@@ -198,7 +198,8 @@ std::vector<Reading> plan_readings(const Design& design, const Mechanism& mechan
     r.conditions.from_mm = at;
     if (design.name != "paper") {
       for (int k = 0; k < 3; ++k)
-        r.conditions.from_mm[k] = r.conditions.cmd_mm[k] + (random.uniform() < 0.5 ? 5 : -5);
+        r.conditions.from_mm[k] =
+            r.conditions.cmd_mm[k] + (random.uniform() < 0.5 ? 1 : -1) * random.uniform(2, 10);
     }
     r.conditions.epoch =
         1 + static_cast<int>(i * static_cast<std::size_t>(design.epochs) / all.size());
@@ -293,6 +294,7 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
     result.in_catalogue = result.in_catalogue && hidden[k]->in_catalogue;
   }
   measure(campaign.readings, truth, false);
+  result.truth = truth;
   std::sort(result.hidden.begin(), result.hidden.end());
   return result;
 }

@@ -37,6 +37,7 @@ struct HiddenCase {
   Campaign campaign;
   std::vector<std::string> hidden;  // names, rising; empty: nothing
   bool in_catalogue = true;
+  simulate::Truth truth;  // what was hidden
 };
 
 /// A campaign in which all of `hidden` act. Each is sized so that noise-free readings keep a chi^2
