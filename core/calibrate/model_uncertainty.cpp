@@ -1,0 +1,58 @@
+#include "core/calibrate/model_uncertainty.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace trammel {
+
+namespace {
+
+/// Whitened size of some rows that is beyond noise of size 1, in sigmas; 0 when it may be chance.
+double lack(double mean_square, double share_of_freedom, double rows) {
+  const double ratio2 = mean_square / share_of_freedom;
+  return ratio2 > 1 + 2 * std::sqrt(2 / rows) ? std::sqrt(ratio2 - 1) : 0.0;
+}
+
+}  // namespace
+
+ModelUncertainty model_uncertainty(const RobotModel& model, std::span<const Reading> readings,
+                                   const TrackerSigma& sigma) {
+  ModelUncertainty out{.model = model, .parameters = {}, .covariance = {}};
+  out.parameters = base_parameters({readings.begin(), readings.end()});
+  add_effect_parameters(out.parameters, model);
+  const WhitenedSystem system = whitened_system(model, readings, sigma, out.parameters);
+  const Identifiable known = identifiable(system.jacobian);
+  const auto rows = static_cast<double>(system.residual.size());
+  const double freedom = rows - static_cast<double>(known.rank);
+  const double s2 = freedom > 0 ? std::max(1.0, system.residual.squaredNorm() / freedom) : 1.0;
+  const Eigen::MatrixXd& V = known.directions;
+  const Eigen::VectorXd variance = s2 * known.singular.head(known.rank).cwiseAbs2().cwiseInverse();
+  const Eigen::Index n = V.rows();
+  out.covariance = V * variance.asDiagonal() * V.transpose() +
+                   (Eigen::MatrixXd::Identity(n, n) - V * V.transpose());
+  double xy = 0, phi = 0;
+  for (Eigen::Index i = 0; i < system.residual.size(); i += 3) {
+    xy += system.residual.segment<2>(i).squaredNorm();
+    phi += system.residual[i + 2] * system.residual[i + 2];
+  }
+  if (freedom > 0) {
+    out.lack_xy_mm = sigma.xy_mm * lack(xy / (rows * 2 / 3), freedom / rows, rows * 2 / 3);
+    out.lack_phi_rad = sigma.phi_rad * lack(phi / (rows / 3), freedom / rows, rows / 3);
+  }
+  return out;
+}
+
+Eigen::Matrix3d pose_covariance(const ModelUncertainty& of, const Conditions& conditions) {
+  const Prediction at = predict(of.model, conditions);
+  if (!at.ok()) {
+    throw InputError({.what = "the model cannot reach the commanded displacements asked for"});
+  }
+  const Eigen::Matrix3Xd J = derivative(of.model, of.parameters, conditions, at);
+  const Eigen::Vector3d left(of.lack_xy_mm, of.lack_xy_mm, of.lack_phi_rad);
+  const Eigen::Matrix3d spread = left.cwiseAbs2().asDiagonal();
+  return J * of.covariance * J.transpose() + spread;
+}
+
+}  // namespace trammel
