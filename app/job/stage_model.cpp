@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "app/job/stages.hpp"
+#include "core/calibrate/absorption.hpp"
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/calibrate/identifiability.hpp"
 #include "core/diagnose/diagnose.hpp"
@@ -15,7 +16,8 @@ namespace {
 
 constexpr const char* kDiagnosed = "diagnosed";
 constexpr double kAbsorbed = 4.0;  // tolerances: a machined part is not that far off
-constexpr double kSeed = 1e-6;     // of the usual range: "fit this parameter"
+constexpr std::size_t kShiftsTold = 3;
+constexpr double kSeed = 1e-6;  // of the usual range: "fit this parameter"
 
 Json complete(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of the model");
@@ -85,9 +87,86 @@ void alarm(const GeometryFit& fit, const Identifiability& known, StageResult& ou
     if (p.kind != FreeParameter::Kind::geometry || !known.identified[k] || sure < kAbsorbed)
       continue;
     out.words.push_back(fmt::format(
-        "absorption alarm: {} is {:.1f} tolerances from nominal: probably it soaks up an effect "
-        "that the model lacks",
+        "absorption alarm: {} is {:.1f} tolerances from nominal: probably soaking up an unmodelled "
+        "effect",
         p.name, off));
+  }
+}
+
+Json shift_json(const HalfShift& s) {
+  const double unit = s.is_angle ? deg_from_rad(1) : 1;
+  return {{"name", s.name},
+          {"single", s.single},
+          {"unit", s.unit},
+          {"shift", unit * s.shift},
+          {"standard_uncertainty", unit * s.standard_uncertainty},
+          {"sigmas", s.sigmas()}};
+}
+
+Json halves_json(const HalvesTest& test) {
+  Json json = {{"tests", test.tests},
+               {"limit_sigmas", test.limit_sigmas},
+               {"noise_ratio", test.noise_ratio},
+               {"shifts", Json::array()}};
+  if (!test.untested.empty()) json["untested"] = test.untested;
+  for (const HalfShift& s : test.shifts) json["shifts"].push_back(shift_json(s));
+  return json;
+}
+
+/// The surest shifts in words: "l_1 by +0.0213 +- 0.0040, …".
+std::string shift_words(const HalvesTest& test) {
+  std::string text;
+  std::size_t told = 0;
+  for (const bool single : {true, false}) {
+    for (const HalfShift& s : test.shifts) {
+      if (s.single != single || told == kShiftsTold) continue;
+      const Json json = shift_json(s);
+      text += fmt::format("{}{} by {:+.4f} +- {:.4f}{}", told++ == 0 ? "" : ", ", s.name,
+                          json["shift"].get<double>(), json["standard_uncertainty"].get<double>(),
+                          !s.single    ? ""
+                          : s.is_angle ? " deg"
+                                       : "");
+    }
+  }
+  if (test.shifts.size() > told) text += fmt::format(" and {} more", test.shifts.size() - told);
+  return text;
+}
+
+/// Parameters that differ between halves of the readings by more than their uncertainty allows.
+void halves(const GeometryFit& fit, const std::vector<Reading>& rows, StageResult& out) {
+  const AbsorptionTest test = absorption_test(fit, rows);
+  out.details["absorption"] = {{"false_alarm", test.false_alarm},
+                               {"in_time", halves_json(test.in_time)},
+                               {"interleaved", halves_json(test.interleaved)}};
+  if (!test.in_time.untested.empty()) {
+    out.words.push_back("absorption by halves not tested: " + test.in_time.untested);
+    return;
+  }
+  const std::string rate =
+      fmt::format("family-wise false alarm {:g} % over {} parameters and combinations",
+                  100 * test.false_alarm, test.in_time.tests);
+  const bool in_time = !test.in_time.shifts.empty();
+  const bool control = !test.interleaved.shifts.empty();
+  if (in_time) {
+    out.words.push_back(fmt::format(
+        "absorption alarm: between the first and the second half of the readings shifts {} ({}): "
+        "probably soaking up an unmodelled effect, {}",
+        shift_words(test.in_time), rate,
+        control ? "not of time alone: interleaved halves differ too"
+                : "of time, or of what else tells the halves apart (place, approach): interleaved "
+                  "halves agree"));
+  }
+  if (control) {
+    out.words.push_back(fmt::format(
+        "absorption alarm of the control: between interleaved halves shifts {} ({}): noise larger "
+        "than stated, or an unmodelled effect of place or approach",
+        shift_words(test.interleaved), rate));
+  }
+  if (!in_time && !control) {
+    out.words.push_back(
+        fmt::format("absorption: first and second half of the readings agree, and so do "
+                    "interleaved halves ({})",
+                    rate));
   }
 }
 
@@ -115,6 +194,7 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
   }
   for (std::string& sentence : in_words(known, names)) out.words.push_back(std::move(sentence));
   alarm(result, known, out);
+  halves(result, rows, out);
   for (std::size_t j = 0; j < rows.size() && parameters["robust"].get<bool>(); ++j) {
     const double weight = result.weights[static_cast<Eigen::Index>(j)];
     if (weight >= 1) continue;
@@ -172,7 +252,7 @@ StageResult run_gp(const Campaign& campaign, const Json&) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 1,
+          .algorithm_version = 2,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete,
           .run = run_geometry};
@@ -188,7 +268,7 @@ Stage gp_stage() {
 
 Stage hybrid_stage() {
   return {.name = "hybrid",
-          .algorithm_version = 1,
+          .algorithm_version = 2,
           .what = "the physical model first, a Gaussian process on what it leaves",
           .complete = complete,
           .run = run_hybrid};

@@ -122,6 +122,7 @@ std::vector<HalfShift> all_shifts(const GeometryFit& fit, const Eigen::MatrixXd&
     if (1 - q.squaredNorm() > kLeak * kLeak || (q - inside).norm() > kLeak) continue;
     all.push_back({.name = p.name,
                    .single = true,
+                   .unit = p.unit,
                    .is_angle = p.unit == "deg" && p.kind != FreeParameter::Kind::effect,
                    .shift = p.scale * inside.dot(shift),
                    .standard_uncertainty = p.scale * std::sqrt(inside.dot(covariance * inside))});

@@ -12,8 +12,9 @@ namespace trammel {
 
 /// What two halves disagree on: a parameter, or a combination that both identify.
 struct HalfShift {
-  std::string name;     // "l_1", "+0.81 l_1 -0.55 R_1 (in tolerances)"
-  bool single = false;  // one parameter, in its own unit; else a combination, in tolerances
+  std::string name;       // "l_1", "+0.81 l_1 -0.55 R_1 (in tolerances)"
+  bool single = false;    // one parameter, in its own unit; else a combination, in tolerances
+  std::string unit = {};  // of the report; an angle of the geometry is in rad and shown in deg
   bool is_angle = false;
   double shift = 0;  // second half less first: mm, rad, the effect's unit; or tolerances
   double standard_uncertainty = 0;
