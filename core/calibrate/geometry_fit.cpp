@@ -130,7 +130,7 @@ Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian) {
   const auto svd = decompose(whitened_jacobian);
   Identifiable result;
   result.singular = svd.singularValues();
-  result.rank = (result.singular.array() > kCarriesNothing).count();
+  result.rank = (result.singular.array() > kLeastSignal).count();
   result.directions = svd.matrixV().leftCols(result.rank);
   return result;
 }
@@ -156,7 +156,7 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
     WhitenedSystem system = weighted(fit.system, fit.weights);
     if (options.tolerance_prior) add_prior(system, fit.z);
     const auto svd = decompose(system.jacobian);
-    const Eigen::Index rank = (svd.singularValues().array() > kCarriesNothing).count();
+    const Eigen::Index rank = (svd.singularValues().array() > kLeastSignal).count();
     const auto V = svd.matrixV().leftCols(rank);
     const Eigen::VectorXd s2 = svd.singularValues().head(rank).cwiseAbs2();
     // minimum change from the start: the whole z is solved for, not only the step

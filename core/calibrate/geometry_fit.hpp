@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/calibrate/identifiability.hpp"
 #include "core/calibrate/parameters.hpp"
 #include "core/measure/reading.hpp"
 #include "core/model/robot_model.hpp"
@@ -26,14 +27,13 @@ WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading>
 ///
 /// The singular value s of a direction of the whitened Jacobian (z in tolerances) says how many
 /// sigmas the readings move, all together, when the model moves by one tolerance along it; 1/s
-/// tolerances is the standard deviation it gets. Below kCarriesNothing the readings do not know of
+/// tolerances is the standard deviation it gets. Below kLeastSignal the readings do not know of
 /// the direction.
 struct Identifiable {
   Eigen::MatrixXd directions;  // orthonormal in z, shape (parameters, rank)
   Eigen::VectorXd singular;    // all of them, falling
   Eigen::Index rank = 0;
 };
-inline constexpr double kCarriesNothing = 0.05;
 Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian);
 
 /// Makes successive readings independent whose noise is correlated in time (AR(1), per epoch):

@@ -250,6 +250,31 @@ std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit) {
   return ties;
 }
 
+/// Abstains: what the catalogue could do is told as tried, and is not added to the model.
+void leave_unexplained(Work& w, std::vector<Finding> where) {
+  Diagnosis& out = w.out;
+  out.verdict = Verdict::unexplained;
+  out.structure = std::move(where);
+  const auto tried =
+      std::stable_partition(out.effects.begin(), out.effects.end(),
+                            [](const NamedEffect& e) { return e.name == "outlier_readings"; });
+  out.tried.assign(tried, out.effects.end());
+  out.effects.erase(tried, out.effects.end());
+  out.fit = w.base;
+  NoiseFloor& noise = out.noise;
+  if (noise.rescaled && noise.used.xy_mm > noise.stated.xy_mm) {
+    // the structure is part of that size: it says nothing about the noise
+    noise.used = noise.stated;
+    noise.rescaled = false;
+    out.notes.push_back(
+        "the residuals are larger than the stated noise, but structure is in them: the floor shown "
+        "is the stated one");
+  }
+  out.notes.push_back(
+      "a map can take out part of what is unexplained without saying what it is: calibrate hybrid, "
+      "as a generic correction");
+}
+
 void decide(Work& w, std::vector<Tie>& ties) {
   Diagnosis& out = w.out;
   out.before = test(w, w.space, w.options.false_alarm);
@@ -260,8 +285,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
   }
   const std::vector<Candidate> all = search(w.library, 3);
   if (all.empty() || all.front().score <= 0) {
-    out.verdict = Verdict::unexplained;
-    out.structure = out.before.findings;
+    leave_unexplained(w, out.before.findings);
     return;
   }
   const Candidate best = extend(w.library, all.front());
@@ -270,22 +294,11 @@ void decide(Work& w, std::vector<Tie>& ties) {
       residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   name_effects(w, best, out.fit);
-  const auto give_up = [&](std::vector<Finding> where) {
-    out.verdict = Verdict::unexplained;
-    out.structure = std::move(where);
-    const auto tried =
-        std::stable_partition(out.effects.begin(), out.effects.end(),
-                              [](const NamedEffect& e) { return e.name == "outlier_readings"; });
-    out.tried.assign(tried, out.effects.end());
-    out.effects.erase(tried, out.effects.end());
-    out.fit = w.base;
-  };
-
   double unnamed_score = 0;
   const auto unnamed = better_shape(w, best, unnamed_score);
   const bool inadequate = out.after.family_p <= w.options.inadequate;
   if (inadequate || (unnamed && unnamed_score > best.score)) {
-    give_up(inadequate ? out.after.findings : std::vector<Finding>{*unnamed});
+    leave_unexplained(w, inadequate ? out.after.findings : std::vector<Finding>{*unnamed});
     return;
   }
   for (const Candidate& c : rivals_of(best, all)) {

@@ -91,7 +91,7 @@ TEST_CASE("a robot measured without noise is reproduced to a nanometre", "[calib
   const auto readings = measure(truth, {-4, 0, 4}, random, 0);
   const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   CHECK(fit.status == GeometryFit::Status::converged);
-  // directions below kCarriesNothing stay nominal: they move no reading by a nanometre times their
+  // directions below kLeastSignal stay nominal: they move no reading by a nanometre times their
   // count
   CHECK(fit.system.residual.cwiseAbs().maxCoeff() * kSigma.xy_mm < 1e-6);
 }
