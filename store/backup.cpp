@@ -38,24 +38,37 @@ struct Partial {
   }
 };
 
-CheckReport verified(const std::filesystem::path& copy) {
-  Connection connection = open(copy, Access::read_only);
+CheckReport whole(Connection& connection, const std::filesystem::path& file) {
   CheckReport report = verify(connection);
   if (report.ok()) return report;
-  throw StoreError({.what = "the database is damaged, and so is its copy",
-                    .where = {.file = copy.string()},
+  throw StoreError({.what = "the database is damaged, and so would be its copy",
+                    .where = {.file = file.string()},
                     .got = report.findings.front(),
                     .hint = "see `trammel db verify`"});
 }
 
+CheckReport verified(const std::filesystem::path& copy) {
+  Connection connection = open(copy, Access::read_only);
+  return whole(connection, copy);
+}
+
+void require_free(const std::filesystem::path& to) {
+  if (!std::filesystem::exists(to)) return;
+  throw InputError({.what = "the backup's name is taken",
+                    .where = {.file = to.string()},
+                    .hint = "name a new file"});
+}
+
 }  // namespace
 
+CheckReport backup_check(const std::filesystem::path& file, const std::filesystem::path& to) {
+  require_free(to);
+  Connection connection = open(file, Access::read_only);
+  return whole(connection, file);
+}
+
 CheckReport backup(const std::filesystem::path& file, const std::filesystem::path& to) {
-  if (std::filesystem::exists(to)) {
-    throw InputError({.what = "the backup's name is taken",
-                      .where = {.file = to.string()},
-                      .hint = "name a new file"});
-  }
+  require_free(to);
   { open(file, Access::read_only); }  // is it ours?
   const Partial partial{to.string() + ".part"};
   { const Partial left_by_a_dead_one{partial.path}; }
@@ -67,14 +80,19 @@ CheckReport backup(const std::filesystem::path& file, const std::filesystem::pat
   return report;
 }
 
-Migration migrate(const std::filesystem::path& file) {
-  Migration done{.from = 0, .to = newest_version(), .copy = {}};
-  {
-    Connection before = open(file, Access::read_only);
-    done.from = version_of(before);
+Migration planned_migration(const std::filesystem::path& file) {
+  Migration plan{.from = 0, .to = newest_version(), .copy = {}};
+  Connection before = open(file, Access::read_only);
+  plan.from = version_of(before);
+  if (plan.from != plan.to) {
+    plan.copy = file.string() + ".v" + std::to_string(plan.from) + "-backup";
   }
+  return plan;
+}
+
+Migration migrate(const std::filesystem::path& file) {
+  const Migration done = planned_migration(file);
   if (done.from == done.to) return done;
-  done.copy = file.string() + ".v" + std::to_string(done.from) + "-backup";
   if (!std::filesystem::exists(done.copy)) backup(file, done.copy);
   Connection connection(file, Access::write);
   connection.execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL");

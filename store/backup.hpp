@@ -13,11 +13,18 @@ namespace trammel::store {
 /// @throws StoreError  the copy does not verify, or the disk is full: nothing is left at `to`
 CheckReport backup(const std::filesystem::path& file, const std::filesystem::path& to);
 
+/// All that can stop a backup before the copy: the name, and whether the database verifies.
+/// @throws as backup
+CheckReport backup_check(const std::filesystem::path& file, const std::filesystem::path& to);
+
 struct Migration {
   int from = 0;
   int to = 0;
   std::filesystem::path copy;  // the verified copy of what was; empty when there was nothing to do
 };
+
+/// What migrate would do; nothing is changed.
+Migration planned_migration(const std::filesystem::path& file);
 
 /// Takes an older database to this program's version in one transaction, after a verified copy
 /// beside it (FILE.v1-backup). All or nothing (migrate_test.cpp has a fixture of each past

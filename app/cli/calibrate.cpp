@@ -85,9 +85,10 @@ constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},      {"idw", idw
                                           {"hybrid", model_options}, {"contest", contest_options}};
 
 ExitCode run_calibrate(const Options& options, Context& context) {
-  store::Connection db = store::open(context.db(), store::Access::write);
   job::Request request = options.request;
   request.parameters = options.given;
+  store::Connection db =
+      store::open(context.db(), request.dry_run ? store::Access::read_only : store::Access::write);
   const job::Outcome outcome = job::run(db, request);
   if (outcome.reused) {
     context.say(
@@ -98,11 +99,16 @@ ExitCode run_calibrate(const Options& options, Context& context) {
   if (context.json) {
     Json fields = job::job_json(outcome.job, request.campaign);
     fields["reused"] = outcome.reused;
+    fields["dry_run"] = request.dry_run;
     context.print("calibrate", fields);
   } else {
     context.print(job::job_text(outcome.job, printable(request.campaign)));
   }
-  context.next(fmt::format("trammel job why {}", outcome.job.id));
+  if (outcome.job.id == 0) {
+    context.say("dry run: nothing is stored");
+  } else {
+    context.next(fmt::format("trammel job why {}", outcome.job.id));
+  }
   return ExitCode::ok;
 }
 
@@ -119,6 +125,7 @@ void setup_calibrate(CLI::App& app, Context& context) {
     command.add_option("--session", options->request.sessions,
                        "train on this session (repeatable; all baseline sessions)");
     command.add_flag("--force", options->request.force, "compute again and store another run");
+    command.add_flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
     for (const StageOptions& own : kStageOptions) {
       if (stage.name == own.stage) own.add(command, options);
     }

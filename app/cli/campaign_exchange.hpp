@@ -9,10 +9,12 @@ namespace trammel::cli {
 struct CampaignImportOptions {
   std::string folder;
   std::string name;  // empty: as the file says
+  bool dry_run = false;
 };
 struct CampaignExportOptions {
   std::string campaign;
   std::string folder;
+  bool dry_run = false;
 };
 
 /// `campaign import` and `campaign export`: the format campaign/1.

@@ -8,6 +8,7 @@
 #include "app/cli/diagnose.hpp"
 #include "app/cli/job.hpp"
 #include "app/cli/mechanism.hpp"
+#include "app/cli/model.hpp"
 #include "app/cli/plan.hpp"
 #include "app/cli/protocol.hpp"
 #include "app/cli/query.hpp"
@@ -30,6 +31,7 @@ const std::vector<Setup>& commands() {
       setup_reading,
       setup_calibrate,
       setup_diagnose,
+      setup_model,
       setup_job,
       setup_report,
       setup_compare,

@@ -43,30 +43,37 @@ ExitCode run_db_verify(const DbOptions&, Context& context) {
 }
 
 ExitCode run_db_backup(const DbBackupOptions& options, Context& context) {
-  const store::CheckReport report = store::backup(context.db(), options.to);
+  const store::CheckReport report = options.dry_run ? store::backup_check(context.db(), options.to)
+                                                    : store::backup(context.db(), options.to);
   if (context.json) {
-    context.print(
-        "db-backup",
-        {{"database", context.db()}, {"backup", options.to}, {"n_readings", report.n_readings}});
+    context.print("db-backup", {{"database", context.db()},
+                                {"backup", options.to},
+                                {"n_readings", report.n_readings},
+                                {"dry_run", options.dry_run}});
   } else {
-    context.print(fmt::format("backed up {} to {}: verified, {} readings", printable(context.db()),
-                              printable(options.to), report.n_readings));
+    context.print(fmt::format("{} {} to {}: verified, {} readings",
+                              options.dry_run ? "would back up" : "backed up",
+                              printable(context.db()), printable(options.to), report.n_readings));
   }
   return ExitCode::ok;
 }
 
-ExitCode run_db_migrate(const DbOptions&, Context& context) {
-  const store::Migration done = store::migrate(context.db());
+ExitCode run_db_migrate(const DbOptions& options, Context& context) {
+  const store::Migration done =
+      options.dry_run ? store::planned_migration(context.db()) : store::migrate(context.db());
   if (context.json) {
     context.print("db-migrate", {{"database", context.db()},
                                  {"from_version", done.from},
                                  {"to_version", done.to},
-                                 {"copy", done.copy.string()}});
+                                 {"copy", done.copy.string()},
+                                 {"dry_run", options.dry_run}});
   } else if (done.from == done.to) {
     context.print(fmt::format("nothing to do: version {}", done.to));
   } else {
-    context.print(fmt::format("migrated from version {} to {}; what was is in {}", done.from,
-                              done.to, printable(done.copy.string())));
+    context.print(fmt::format(
+        fmt::runtime(options.dry_run ? "would migrate from version {} to {}, after a copy to {}"
+                                     : "migrated from version {} to {}; what was is in {}"),
+        done.from, done.to, printable(done.copy.string())));
   }
   return ExitCode::ok;
 }
@@ -81,9 +88,12 @@ void setup_db(CLI::App& app, Context& context) {
   const auto backup = std::make_shared<DbBackupOptions>();
   CLI::App* copy = db.add_subcommand("backup", "A verified copy, also while a session runs");
   copy->add_option("FILE", backup->to, "New file")->required();
+  copy->add_flag("--dry-run", backup->dry_run, "Verify the database and the name, copy nothing");
   on_run(*copy, context, backup, run_db_backup);
-  on_run(*db.add_subcommand("migrate", "Take an older database to this version"), context, none,
-         run_db_migrate);
+  const auto migrate = std::make_shared<DbOptions>();
+  CLI::App* to_this = db.add_subcommand("migrate", "Take an older database to this version");
+  to_this->add_flag("--dry-run", migrate->dry_run, "Say from where to where, change nothing");
+  on_run(*to_this, context, migrate, run_db_migrate);
 }
 
 }  // namespace trammel::cli

@@ -6,9 +6,12 @@
 
 namespace trammel::cli {
 
-struct DbOptions {};
+struct DbOptions {
+  bool dry_run = false;  // migrate
+};
 struct DbBackupOptions {
   std::string to;
+  bool dry_run = false;
 };
 
 /// `db check`, `verify`, `backup`, `migrate`: the file as a whole.

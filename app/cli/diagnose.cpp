@@ -30,8 +30,9 @@ Json of_folder(const Options& options) {
 }
 
 Json of_stored(const Options& options, Context& context) {
-  store::Connection db = store::open(context.db(), store::Access::write);
   job::Request request = options.request;
+  store::Connection db =
+      store::open(context.db(), request.dry_run ? store::Access::read_only : store::Access::write);
   request.stage = "diagnose";
   request.parameters = options.given;
   const job::Outcome outcome = job::run(db, request);
@@ -39,11 +40,10 @@ Json of_stored(const Options& options, Context& context) {
     context.say(fmt::format(
         "reused: job {} has the same readings, parameters and version (--force computes it again)",
         outcome.job.id));
-  } else {
-    job::store_model_chain(db, outcome.job);
   }
+  if (!request.dry_run) job::store_model_chain(db, outcome.job);
   Json details = Json::parse(outcome.job.data.result_json)["details"];
-  details["job"] = outcome.job.id;
+  details["job"] = outcome.job.id == 0 ? Json() : Json(outcome.job.id);
   details["job_key"] = outcome.job.data.key.key;
   return details;
 }
@@ -64,7 +64,7 @@ Plan plan_of(const Json& points) {
 }
 
 void write_plan(const Options& options, const Json& details, Context& context) {
-  if (options.plan.empty()) return;
+  if (options.plan.empty() || options.request.dry_run) return;
   if (details["next_points"].empty()) {
     context.say("no plan was written: there are no points to suggest");
     return;
@@ -88,7 +88,9 @@ ExitCode run_diagnose(const Options& options, Context& context) {
   write_plan(options, details, context);
   const std::string verdict = details["verdict"];
   context.json ? context.print("diagnose", details) : context.print(job::diagnosis_text(details));
-  if (!options.from.empty()) {
+  if (options.request.dry_run) {
+    context.say("dry run: nothing is stored");
+  } else if (!options.from.empty()) {
     context.next(fmt::format("trammel campaign import {}", options.from));
   } else if (verdict == "explained") {
     context.next(fmt::format("trammel model list {}", options.request.campaign));
@@ -119,6 +121,7 @@ void setup_diagnose(CLI::App& app, Context& context) {
       "--replicates", [options](const int& v) { options->given["replicates"] = v; },
       "of the bootstrap (2000)");
   command.add_flag("--force", options->request.force, "compute again and store another run");
+  command.add_flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
   on_run(command, context, options, run_diagnose);
 }
 

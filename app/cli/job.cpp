@@ -13,6 +13,7 @@ namespace {
 struct Options {
   std::string job, other, campaign;
   bool force = false;
+  bool dry_run = false;
 };
 
 store::Connection open(const Context& context, store::Access access = store::Access::read_only) {
@@ -173,17 +174,21 @@ ExitCode run_verify(const Options& options, Context& context) {
 }
 
 ExitCode run_rerun(const Options& options, Context& context) {
-  store::Connection db = open(context, store::Access::write);
+  store::Connection db =
+      open(context, options.dry_run ? store::Access::read_only : store::Access::write);
   job::Request request = job::request_of(db, job::find(db, options.job));
   request.force = options.force;
+  request.dry_run = options.dry_run;
   const job::Outcome outcome = job::run(db, request);
   const std::string campaign = campaign_name(db, outcome.job.data.campaign_id);
   if (outcome.reused) {
     context.say(fmt::format("reused: nothing has changed since job {}", outcome.job.id));
   }
+  if (outcome.job.id == 0) context.say("dry run: nothing is stored");
   if (context.json) {
     Json fields = job::job_json(outcome.job, campaign);
     fields["reused"] = outcome.reused;
+    fields["dry_run"] = options.dry_run;
     context.print("job-rerun", fields);
   } else {
     context.print(job::job_text(outcome.job, printable(campaign)));
@@ -224,6 +229,7 @@ void setup_job(CLI::App& app, Context& context) {
   CLI::App& rerun = verb(app, "rerun", "The same calibration on the readings as they are now");
   rerun.add_option("job", options->job, which)->required();
   rerun.add_flag("--force", options->force, "store another run although nothing changed");
+  rerun.add_flag("--dry-run", options->dry_run, "compute and show, store nothing");
   on_run(rerun, context, options, run_rerun);
 }
 

@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "app/cli/approach.hpp"
 #include "app/exchange/files.hpp"
 #include "app/exchange/mechanism_json.hpp"
 #include "app/session/plan_json.hpp"
@@ -18,6 +19,7 @@ struct CreateOptions {
   std::string grid;
   std::string name;  // default: the grid's
   std::string out;
+  bool dry_run = false;
   double step_mm = 10;
   int count = 10;
   double half_width_mm = 100;
@@ -43,23 +45,6 @@ struct FileOptions {
   std::string mechanism;
   CheckOptions check;
 };
-
-Approach parse_approach(const std::string& text) {
-  const std::map<char, int> kSigns = {{'+', 1}, {'-', -1}, {'0', 0}};
-  Approach approach = {0, 0, 0};
-  bool good = text.size() == kChains;
-  for (std::size_t i = 0; good && i < kChains; ++i) {
-    good = kSigns.contains(text[i]);
-    if (good) approach[i] = kSigns.at(text[i]);
-  }
-  if (!good) {
-    throw UsageError({.what = "no direction of approach",
-                      .where = {.field = "--approach"},
-                      .got = text,
-                      .expected = "one of + - 0 per rail, as '+-0' or '000'"});
-  }
-  return approach;
-}
 
 Mechanism mechanism_of(const std::string& file) {
   return file.empty() ? paper_mechanism() : read_mechanism_file(file);
@@ -99,21 +84,24 @@ Plan plan_for(const CreateOptions& o) {
 }
 
 ExitCode run_create(const CreateOptions& options, Context& context) {
-  const std::string text = session::plan_json(plan_for(options)).dump(1) + "\n";
+  const Plan plan = plan_for(options);
+  const std::string text = session::plan_json(plan).dump(1) + "\n";
   if (options.out.empty()) {
     context.print(text);
     return ExitCode::ok;
   }
-  write_file_atomically(options.out, text);
-  context.say("plan written to " + printable(options.out));
-  context.next("trammel plan check " + printable(options.out));
+  if (!options.dry_run) write_file_atomically(options.out, text);
+  if (context.json) {
+    context.print("plan-create", {{"plan", plan.name},
+                                  {"file", options.out},
+                                  {"n_points", plan.points.size()},
+                                  {"dry_run", options.dry_run}});
+  }
+  context.say(fmt::format("{} points {} {}", plan.points.size(),
+                          options.dry_run ? "would be written to" : "written to",
+                          printable(options.out)));
+  if (!options.dry_run) context.next("trammel plan check " + shell_word(options.out));
   return ExitCode::ok;
-}
-
-std::string approach_text(const Approach& approach) {
-  std::string text;
-  for (const int d : approach) text += d > 0 ? '+' : d < 0 ? '-' : '0';
-  return text;
 }
 
 ExitCode run_show(const FileOptions& options, Context& context) {
@@ -180,6 +168,7 @@ void setup_create(CLI::App& plan, Context& context) {
   grids.insert(grids.end(), {"lattice", "circle", "rail"});
   c.add_option("grid", o->grid, "which points")->required()->check(CLI::IsMember(grids));
   c.add_option("--out", o->out, "file to write (stdout)");
+  c.add_flag("--dry-run", o->dry_run, "make the plan, write no file");
   c.add_option("--name", o->name, "of the plan (the grid's)");
   grid_options(c, *o);
   c.add_option("--orientations", o->orientations_deg, "deg, added to each pose")->delimiter(',');

@@ -49,9 +49,9 @@ report::Report report_of(const std::string& campaign, const Context& context) {
   return report::gather(connection, store::require_campaign(connection, campaign));
 }
 
-Json steps_json(const protocol::Outcome& outcome) {
+Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
   Json steps = Json::array();
-  for (const protocol::StepOutcome& step : outcome.steps) {
+  for (const protocol::StepOutcome& step : outcomes) {
     steps.push_back({{"name", step.name},
                      {"kind", step.kind},
                      {"done_before", step.done_before},
@@ -77,16 +77,55 @@ void write_unless_there(const std::filesystem::path& path, std::string_view cont
   if (!std::filesystem::exists(path)) write_file_atomically(path, content);
 }
 
+std::vector<protocol::StepOutcome> planned_steps(const protocol::Protocol& protocol,
+                                                 const Context& context) {
+  if (!std::filesystem::exists(context.db())) return protocol::dry_run(nullptr, protocol);
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  return protocol::dry_run(&connection, protocol);
+}
+
+/// Tells what a run would do; nothing is stored and nothing moves.
+ExitCode tell_plan(const std::string& command, const protocol::Protocol& protocol,
+                   const Context& context) {
+  const std::vector<protocol::StepOutcome> steps = planned_steps(protocol, context);
+  if (context.json) {
+    context.print(command, {{"campaign", protocol.name},
+                            {"database", context.db()},
+                            {"dry_run", true},
+                            {"exit_code", 0},
+                            {"steps", steps_json(steps)}});
+    return ExitCode::ok;
+  }
+  std::string text =
+      fmt::format("campaign {} in {}\n", printable(protocol.name), printable(context.db()));
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    text += fmt::format("{:>2}/{}  {:<16} {}{}\n", k + 1, steps.size(), printable(steps[k].name),
+                        printable(steps[k].detail), steps[k].done_before ? "  (done before)" : "");
+  }
+  context.print(text);
+  context.say("dry run: nothing is stored and nothing moves");
+  return ExitCode::ok;
+}
+
+/// As it stands in the folder, else as it would be written there.
+protocol::Protocol demo_protocol(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "protocol.json";
+  return std::filesystem::exists(file) ? protocol::read_protocol(file)
+                                       : protocol::parse_protocol(kPaperProtocol, file);
+}
+
 }  // namespace
 
 ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
   const protocol::Protocol protocol = protocol::read_protocol(options.file);
+  if (options.dry_run) return tell_plan("protocol-run", protocol, context);
   const protocol::Outcome outcome = execute(protocol, context);
   if (context.json) {
     context.print("protocol-run", {{"campaign", protocol.name},
                                    {"database", context.db()},
+                                   {"dry_run", false},
                                    {"exit_code", static_cast<int>(outcome.code)},
-                                   {"steps", steps_json(outcome)}});
+                                   {"steps", steps_json(outcome.steps)}});
   } else if (outcome.code == ExitCode::ok) {
     context.print(fmt::format("campaign {}: all {} steps are done", printable(protocol.name),
                               protocol.steps.size()));
@@ -102,10 +141,11 @@ ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
 
 ExitCode run_demo(const DemoOptions& options, Context& context) {
   const std::filesystem::path folder = options.folder;
+  if (!context.db_given()) context.db_option = (folder / "trammel.db").string();
+  if (options.dry_run) return tell_plan("demo", demo_protocol(folder), context);
   std::filesystem::create_directories(folder);
   write_unless_there(folder / "robot.json", kPaperRobot);
   write_unless_there(folder / "protocol.json", kPaperProtocol);
-  if (!context.db_given()) context.db_option = (folder / "trammel.db").string();
   const protocol::Protocol protocol = protocol::read_protocol(folder / "protocol.json");
   context.say(fmt::format("measuring the paper's campaign on a virtual robot, into {}",
                           printable(context.db())));
@@ -136,6 +176,7 @@ void setup_protocol(CLI::App& app, Context& context) {
   CLI::App* run = protocols.add_subcommand(
       "run", "Measure, calibrate, compensate, measure again; resumes, and skips what is done");
   run->add_option("FILE", options->file, "protocol/1, as examples/paper/protocol.json")->required();
+  run->add_flag("--dry-run", options->dry_run, "Say what is left to do, store and move nothing");
   on_run(*run, context, options, run_protocol);
 }
 
@@ -144,6 +185,7 @@ void setup_demo(CLI::App& app, Context& context) {
   CLI::App* demo = app.add_subcommand(
       "demo", "The paper's whole campaign on the virtual robot, with its report");
   demo->add_option("FOLDER", options->folder, "Where everything goes")->capture_default_str();
+  demo->add_flag("--dry-run", options->dry_run, "Say what is left to do, store and move nothing");
   on_run(*demo, context, options, run_demo);
 }
 

@@ -8,9 +8,11 @@ namespace trammel::cli {
 
 struct ProtocolOptions {
   std::string file;
+  bool dry_run = false;
 };
 struct DemoOptions {
   std::string folder = "trammel-demo";
+  bool dry_run = false;
 };
 
 /// `protocol run FILE`: a whole campaign as data, resumed where an earlier run ended.

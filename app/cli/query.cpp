@@ -89,6 +89,10 @@ ExitCode run_query(const QueryOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
   const auto limit = std::chrono::milliseconds(static_cast<long>(options.timeout_s * 1000));
   store::Query query(db, options.sql, limit);
+  if (context.json && (options.csv || options.ndjson)) {
+    throw UsageError({.what = "--json prints one object, --csv and --ndjson print others",
+                      .expected = "one of them"});
+  }
   if (options.csv) {
     print_csv(query, context);
   } else if (context.json || options.ndjson) {

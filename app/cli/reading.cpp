@@ -4,19 +4,26 @@
 
 #include "store/campaign.hpp"
 #include "store/open.hpp"
+#include "store/transaction.hpp"
 
 namespace trammel::cli {
 
 ExitCode run_reading_exclude(const ReadingExcludeOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::write);
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
+  store::Transaction transaction(db);
   store::exclude_reading(db, campaign.id, options.seq, options.reason);
+  if (!options.dry_run) transaction.commit();  // else all of it is rolled back
   if (context.json) {
-    context.print("reading-exclude",
-                  {{"campaign", campaign.name}, {"seq", options.seq}, {"reason", options.reason}});
+    context.print("reading-exclude", {{"campaign", campaign.name},
+                                      {"seq", options.seq},
+                                      {"reason", options.reason},
+                                      {"dry_run", options.dry_run}});
   } else {
-    context.print(fmt::format("reading {} of {} is left out from now on; it stays stored",
-                              options.seq, printable(campaign.name)));
+    context.print(fmt::format(
+        fmt::runtime(options.dry_run ? "reading {} of {} would be left out; nothing was stored"
+                                     : "reading {} of {} is left out from now on; it stays stored"),
+        options.seq, printable(campaign.name)));
   }
   return ExitCode::ok;
 }
@@ -29,6 +36,7 @@ void setup_reading(CLI::App& app, Context& context) {
   exclude->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
   exclude->add_option("--seq", options->seq, "Which reading")->required();
   exclude->add_option("--reason", options->reason, "Why")->required();
+  exclude->add_flag("--dry-run", options->dry_run, "Check and say, store nothing");
   on_run(*exclude, context, options, run_reading_exclude);
 }
 

@@ -10,6 +10,7 @@ struct ReadingExcludeOptions {
   std::string campaign;
   int seq = 0;
   std::string reason;
+  bool dry_run = false;
 };
 
 /// `reading exclude`: later jobs leave the reading out; it stays stored.

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "app/job/run.hpp"
+#include "app/job/stored_model.hpp"
 #include "app/session/lock.hpp"
 #include "app/session/plan_json.hpp"
 #include "app/session/session.hpp"
@@ -31,6 +32,7 @@ struct NamedOptions {
   std::string campaign;
   std::string session;
   bool now = false;
+  bool dry_run = false;
 };
 
 session::Surroundings surroundings(const Context& context) {
@@ -71,10 +73,11 @@ ExitCode report(const session::Outcome& outcome, const std::string& verb, const 
   return code;
 }
 
-Correction dry_correction(const std::string& job, const Context& context) {
-  if (job.empty()) return NominalCorrection{};
+Correction dry_correction(const RunOptions& options, const Context& context) {
+  if (options.compensate.empty()) return NominalCorrection{};
   store::Connection db = store::open(context.db(), store::Access::read_only);
-  return job::correction_of(db, job::find(db, job).id);
+  return job::correction_of(
+      db, job::find_compensation(db, options.request.campaign, options.compensate));
 }
 
 ExitCode run_run(const RunOptions& options, Context& context) {
@@ -87,14 +90,13 @@ ExitCode run_run(const RunOptions& options, Context& context) {
     }
   }
   if (options.dry_run) {
-    const session::Outcome outcome =
-        session::dry_run(request, dry_correction(options.compensate, context));
+    const session::Outcome outcome = session::dry_run(request, dry_correction(options, context));
     context.say("dry run: nothing is stored and nothing moves");
     return report(outcome, "run", request.session, context);
   }
   store::Connection db = store::open(context.db(), store::Access::create);
   if (!options.compensate.empty()) {
-    request.compensation_job = job::find(db, options.compensate).id;
+    request.compensation_job = job::find_compensation(db, request.campaign, options.compensate);
   }
   const session::Surroundings around = surroundings(context);
   const session::Outcome outcome = session::run(db, request, around);
@@ -127,8 +129,13 @@ std::string session_to_resume(store::Connection& db, const NamedOptions& options
 }
 
 ExitCode run_resume(const NamedOptions& options, Context& context) {
-  store::Connection db = store::open(context.db(), store::Access::write);
+  store::Connection db =
+      store::open(context.db(), options.dry_run ? store::Access::read_only : store::Access::write);
   const std::string name = session_to_resume(db, options);
+  if (options.dry_run) {
+    context.say("dry run: nothing is stored and nothing moves");
+    return report(session::dry_resume(db, options.campaign, name), "resume", name, context);
+  }
   return report(session::resume(db, options.campaign, name, surroundings(context)), "resume", name,
                 context);
 }
@@ -177,16 +184,19 @@ ExitCode run_stop(const NamedOptions& options, Context& context) {
                          .where = {.field = "campaign"},
                          .got = options.campaign});
   }
-  for (int k = 0; k < (options.now ? 2 : 1); ++k) {
+  const int signals = options.dry_run ? 0 : options.now ? 2 : 1;
+  for (int k = 0; k < signals; ++k) {
     if (::kill(*holder, k == 0 ? SIGINT : SIGTERM) != 0) {
       throw Error(ExitCode::error,
                   {.what = "the runner cannot be told to stop", .got = std::strerror(errno)});
     }
   }
   if (context.json) {
-    context.print("session-stop", {{"process", *holder}, {"now", options.now}});
+    context.print("session-stop",
+                  {{"process", *holder}, {"now", options.now}, {"dry_run", options.dry_run}});
   } else {
-    context.print(fmt::format("process {} was told to {}", *holder,
+    context.print(fmt::format("process {} {} told to {}", *holder,
+                              options.dry_run ? "would be" : "was",
                               options.now ? "stop now" : "finish the point and stop"));
   }
   return ExitCode::ok;
@@ -200,7 +210,9 @@ void setup_run(CLI::App& session, Context& context) {
   c.add_option("--stage", o->request.stage, "sim:FILE")->required();
   c.add_option("--tracker", o->request.tracker, "sim")->capture_default_str();
   c.add_option("--session", o->request.session, "its name (the plan's)");
-  c.add_option("--compensate", o->compensate, "job whose correction is commanded (none)");
+  c.add_option("--compensate", o->compensate,
+               "job whose correction is commanded, a diagnose job too: its number or key, or "
+               "model:VERSION (none)");
   c.add_option("--set", o->set, "identify or validate, for all points (the plan's)")
       ->check(CLI::IsMember(std::vector<std::string>{"identify", "validate"}));
   c.add_flag("--new-set-up", o->request.new_set_up, "homed and framed anew: an epoch of its own");
@@ -227,9 +239,12 @@ void setup_session(CLI::App& app, Context& context) {
   };
   const auto resume = verb("resume", "Measure what is left of a session", run_resume);
   resume.first->add_option("--session", resume.second->session, "(the last that is not done)");
+  resume.first->add_flag("--dry-run", resume.second->dry_run,
+                         "say what is left and check it, store and move nothing");
   verb("status", "Sessions of a campaign, and who measures now", run_status);
   const auto stop = verb("stop", "Tell the runner to stop after the point", run_stop);
   stop.first->add_flag("--now", stop.second->now, "at once");
+  stop.first->add_flag("--dry-run", stop.second->dry_run, "say which process, tell it nothing");
 }
 
 }  // namespace trammel::cli

@@ -228,6 +228,9 @@ Outcome run(store::Connection& connection, const Request& request) {
     if (auto known = store::find_job(connection, in.key.key)) return {*std::move(known), true};
   }
   const store::NewJob job = computed(in);
+  if (request.dry_run) {
+    return {.job = {.id = 0, .created_utc = {}, .provenance = store::this_program(), .data = job}};
+  }
   if (load(connection, request).key.key != in.key.key) {
     throw StoreError({.what = "the readings changed while they were calibrated",
                       .where = {.field = in.row.name},

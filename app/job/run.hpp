@@ -16,8 +16,9 @@ struct Request {
   std::string stage = {};
   Json parameters = Json::object();  // those that differ from the stage's defaults
   std::vector<std::string> sessions =
-      {};              // empty: every session without compensation (the baseline)
-  bool force = false;  // compute and store again although the key is known
+      {};                // empty: every session without compensation (the baseline)
+  bool force = false;    // compute and store again although the key is known
+  bool dry_run = false;  // compute and store nothing: the outcome's job has id 0
 };
 
 struct Outcome {

@@ -82,9 +82,10 @@ Json job_json(const store::Job& job, const std::string& campaign) {
 
 std::string job_text(const store::Job& job, const std::string& campaign) {
   const Json result = Json::parse(job.data.result_json);
-  std::string text = fmt::format("job {}: {} {} of {} readings of {}{}, key {}\n", job.id,
-                                 job.data.stage, job.data.parameters_json, job.data.n_readings,
-                                 campaign, job.run > 1 ? fmt::format(", run {}", job.run) : "",
+  const std::string name = job.id == 0 ? "not stored" : fmt::format("job {}", job.id);
+  std::string text = fmt::format("{}: {} {} of {} readings of {}{}, key {}\n", name, job.data.stage,
+                                 job.data.parameters_json, job.data.n_readings, campaign,
+                                 job.run > 1 ? fmt::format(", run {}", job.run) : "",
                                  job.data.key.key.substr(0, 12));
   for (const Json& sentence : result.value("words", Json::array())) {
     text += "  " + sentence.get<std::string>() + "\n";

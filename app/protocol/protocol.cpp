@@ -99,9 +99,10 @@ Step read_step(Fields& fields, StepKinds& earlier) {
 
 }  // namespace
 
-Protocol read_protocol(const std::filesystem::path& path) {
+namespace {
+
+Protocol protocol_of(const JsonFile& file, const std::filesystem::path& path) {
   constexpr std::size_t kMaxSteps = 1000;
-  const JsonFile file = read_json(path);
   Fields top(file);
   top.choice("format", {"protocol/1"});
   Protocol protocol;
@@ -118,6 +119,16 @@ Protocol read_protocol(const std::filesystem::path& path) {
   for (Fields& step : steps) protocol.steps.push_back(read_step(step, earlier));
   top.done();
   return protocol;
+}
+
+}  // namespace
+
+Protocol read_protocol(const std::filesystem::path& path) {
+  return protocol_of(read_json(path), path);
+}
+
+Protocol parse_protocol(std::string_view text, const std::filesystem::path& path) {
+  return protocol_of(parse_json(std::string(text), path.string()), path);
 }
 
 }  // namespace trammel::protocol

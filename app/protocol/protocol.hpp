@@ -44,4 +44,7 @@ struct Protocol {
 /// InputError with line, column and path. Proof: protocol_test.cpp.
 Protocol read_protocol(const std::filesystem::path& path);
 
+/// The same from text; `path` is where it would stand: errors name it, the robot is beside it.
+Protocol parse_protocol(std::string_view text, const std::filesystem::path& path);
+
 }  // namespace trammel::protocol

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "app/job/run.hpp"
@@ -51,7 +52,59 @@ StepOutcome run_step(Run& run, const std::string& name, const CalibrateStep& ste
           .detail = fmt::format("{}, job {}", step.method, outcome.job.id)};
 }
 
+bool is_done(const std::optional<store::SessionRow>& session) {
+  return session && session->n_ok == session->n_points && session->last_event == "done";
+}
+
+std::optional<store::SessionRow> stored_session(store::Connection* connection,
+                                                const Protocol& protocol, const std::string& name) {
+  if (connection == nullptr) return std::nullopt;
+  const auto campaign = store::find_campaign(*connection, protocol.name);
+  return campaign ? store::find_session(*connection, campaign->id, name) : std::nullopt;
+}
+
+StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
+                    const std::string& name, const MeasureStep& step) {
+  const auto session = stored_session(connection, protocol, name);
+  const std::size_t n = named_plan(step.plan, step.set).points.size();
+  return {.name = name,
+          .kind = "measure",
+          .done_before = is_done(session),
+          .detail = fmt::format("{} of {} points to measure",
+                                n - static_cast<std::size_t>(session ? session->n_ok : 0), n)};
+}
+
+StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
+                    const std::string& name, const CalibrateStep& step) {
+  const bool measured =
+      std::all_of(step.sessions.begin(), step.sessions.end(), [&](const std::string& session) {
+        return is_done(stored_session(connection, protocol, session));
+      });
+  StepOutcome outcome{.name = name, .kind = "calibrate", .detail = step.method + " to compute"};
+  if (!measured) return outcome;
+  const store::JobKey key = job::key_of(*connection, {.campaign = protocol.name,
+                                                      .stage = step.method,
+                                                      .parameters = step.parameters,
+                                                      .sessions = step.sessions});
+  if (const auto job = store::find_job(*connection, key.key)) {
+    outcome.done_before = true;
+    outcome.detail = fmt::format("{}, job {}", step.method, job->id);
+  }
+  return outcome;
+}
+
 }  // namespace
+
+std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol) {
+  std::vector<StepOutcome> steps;
+  for (const Step& step : protocol.steps) {
+    const auto look = [&](const auto& what) {
+      return look_at(connection, protocol, step.name, what);
+    };
+    steps.push_back(std::visit(look, step.what));
+  }
+  return steps;
+}
 
 Plan named_plan(const std::string& name, ReadingSet set) {
   PlanRequest request;

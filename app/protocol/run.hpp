@@ -32,6 +32,10 @@ Outcome run(store::Connection& connection, const Protocol& protocol,
             const session::Surroundings& surroundings,
             const std::function<void(const StepOutcome&)>& tell);
 
+/// What `run` would do, step by step: done_before tells what is stored, detail what is left.
+/// Nothing is stored and nothing moves; `connection` may be null where there is no database yet.
+std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol);
+
 /// The plan a protocol names: "paper-80", "paper-48", "circles".
 Plan named_plan(const std::string& name, ReadingSet set);
 

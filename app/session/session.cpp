@@ -107,6 +107,49 @@ Plan stored_plan(const store::SessionRow& row, const Settings& settings,
   return plan;
 }
 
+/// A session as it was begun.
+Course stored_course(store::Connection& connection, const store::CampaignRow& campaign,
+                     const std::string& session) {
+  Course course;
+  course.campaign = campaign;
+  const auto row = store::find_session(connection, campaign.id, session);
+  if (!row) {
+    throw NotFoundError({.what = "the campaign has no such session",
+                         .where = {.field = "session"},
+                         .got = session,
+                         .hint = "see `trammel session status " + campaign.name + "`"});
+  }
+  if (!has_settings(row->settings_json)) {
+    throw InputError({.what = "this session was not measured by a plan and cannot be resumed",
+                      .where = {.field = "session"},
+                      .got = session});
+  }
+  course.session = *row;
+  course.settings = read_settings(row->settings_json);
+  const auto points = store::points(connection, row->id);
+  course.plan = stored_plan(*row, course.settings, points);
+  for (const store::Point& p : points) course.planned_mm.push_back(p.planned_mm);
+  return course;
+}
+
+bool is_done(const store::SessionRow& row) {
+  return row.n_ok == row.n_points && row.last_event == "done";
+}
+
+Outcome done_before(const store::SessionRow& row) {
+  return {
+      .state = State::done, .session_id = row.id, .n_points = row.n_points, .n_before = row.n_ok};
+}
+
+device::Devices devices_of(const Course& course) {
+  device::Devices devices = device::open_devices(course.session.stage, course.session.tracker);
+  if (devices.identity == course.settings.identity) return devices;
+  throw InputError({.what = "the devices are not those the session began with",
+                    .where = {.field = "stage"},
+                    .got = course.session.stage,
+                    .hint = "put the file back as it was, or start a new session"});
+}
+
 /// Nominal violations name every bad target; only a clean plan has commands to look at.
 Outcome checked(const Request& request, const device::Devices& devices,
                 const Correction& correction, std::vector<Displacements>& commands) {
@@ -161,44 +204,33 @@ Outcome run(store::Connection& connection, const Request& request,
   return Runner(connection, devices, course, surroundings).walk(false, new_set_up);
 }
 
+Outcome dry_resume(store::Connection& connection, const std::string& campaign,
+                   const std::string& session) {
+  const Course course =
+      stored_course(connection, store::require_campaign(connection, campaign), session);
+  if (is_done(course.session)) return done_before(course.session);
+  const device::Devices devices = devices_of(course);
+  Outcome outcome{.state = State::planned,
+                  .session_id = course.session.id,
+                  .n_points = course.session.n_points,
+                  .n_before = course.session.n_ok};
+  outcome.violations =
+      check(course.plan, devices.mechanism, course.settings.check, course.planned_mm);
+  if (outcome.violations.empty()) outcome.state = State::checked;
+  return outcome;
+}
+
 Outcome resume(store::Connection& connection, const std::string& campaign,
                const std::string& session, const Surroundings& surroundings) {
-  Course course;
-  course.campaign = store::require_campaign(connection, campaign);
-  const auto row = store::find_session(connection, course.campaign.id, session);
-  if (!row) {
-    throw NotFoundError({.what = "the campaign has no such session",
-                         .where = {.field = "session"},
-                         .got = session,
-                         .hint = "see `trammel session status " + campaign + "`"});
-  }
-  if (!has_settings(row->settings_json)) {
-    throw InputError({.what = "this session was not measured by a plan and cannot be resumed",
-                      .where = {.field = "session"},
-                      .got = session});
-  }
-  course.session = *row;
-  const CampaignLock lock(connection.file(), course.campaign.uuid);
-  course.settings = read_settings(row->settings_json);
-  const auto points = store::points(connection, row->id);
-  course.plan = stored_plan(*row, course.settings, points);
-  for (const store::Point& p : points) course.planned_mm.push_back(p.planned_mm);
-  if (row->n_ok == row->n_points && row->last_event == "done") {
-    return {.state = State::done,
-            .session_id = row->id,
-            .n_points = row->n_points,
-            .n_before = row->n_ok};
-  }
-  device::Devices devices = device::open_devices(row->stage, row->tracker);
-  if (devices.identity != course.settings.identity) {
-    throw InputError({.what = "the devices are not those the session began with",
-                      .where = {.field = "stage"},
-                      .got = row->stage,
-                      .hint = "put the file back as it was, or start a new session"});
-  }
-  course.correction = correction_of(connection, row->compensation_job, surroundings);
+  const store::CampaignRow owner = store::require_campaign(connection, campaign);
+  const CampaignLock lock(connection.file(), owner.uuid);
+  Course course = stored_course(connection, owner, session);
+  if (is_done(course.session)) return done_before(course.session);
+  device::Devices devices = devices_of(course);
+  course.correction = correction_of(connection, course.session.compensation_job, surroundings);
   devices.clock->start(course.plan, course.settings.start_s);
-  store::interrupt_open_attempts(connection, row->id, "the runner ended before it was closed");
+  store::interrupt_open_attempts(connection, course.session.id,
+                                 "the runner ended before it was closed");
   return Runner(connection, devices, course, surroundings).walk(true, false);
 }
 

@@ -65,6 +65,11 @@ Outcome run(store::Connection& connection, const Request& request,
 Outcome resume(store::Connection& connection, const std::string& campaign,
                const std::string& session, const Surroundings& surroundings);
 
+/// What resume would go on with: n_before points are stored, the rest is checked. Nothing is stored
+/// and nothing moves. Throws as resume.
+Outcome dry_resume(store::Connection& connection, const std::string& campaign,
+                   const std::string& session);
+
 /// run, or resume where the session is there already: done once, whatever happens in between.
 Outcome run_or_resume(store::Connection& connection, const Request& request,
                       const Surroundings& surroundings);

@@ -1,0 +1,32 @@
+#include "app/cli/approach.hpp"
+
+#include <map>
+
+#include "core/error.hpp"
+
+namespace trammel::cli {
+
+Approach parse_approach(const std::string& text) {
+  const std::map<char, int> kSigns = {{'+', 1}, {'-', -1}, {'0', 0}};
+  Approach approach = {0, 0, 0};
+  bool good = text.size() == kChains;
+  for (std::size_t i = 0; good && i < kChains; ++i) {
+    good = kSigns.contains(text[i]);
+    if (good) approach[i] = kSigns.at(text[i]);
+  }
+  if (!good) {
+    throw UsageError({.what = "no direction of approach",
+                      .where = {.field = "--approach"},
+                      .got = text,
+                      .expected = "one of + - 0 per rail, as '+-0' or '000'"});
+  }
+  return approach;
+}
+
+std::string approach_text(const Approach& approach) {
+  std::string text;
+  for (const int d : approach) text += d > 0 ? '+' : d < 0 ? '-' : '0';
+  return text;
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,287 @@
+// What a model is for: poses predicted, and tables for controllers.
+
+#include <fmt/format.h>
+
+#include "app/cli/approach.hpp"
+#include "app/cli/model.hpp"
+#include "app/cli/table.hpp"
+#include "app/exchange/commands_csv.hpp"
+#include "app/exchange/files.hpp"
+#include "app/exchange/numbers.hpp"
+#include "app/job/compensation_table.hpp"
+#include "app/job/model_json.hpp"
+#include "core/mechanism/inverse.hpp"
+#include "core/units.hpp"
+#include "store/open.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+using job::StoredModel;
+
+/// Under what the model is asked.
+struct Circumstances {
+  int epoch = 1;
+  std::optional<double> temp_degc;
+  std::optional<double> time_s;
+};
+
+struct PredictOptions {
+  std::string campaign, version;
+  std::vector<double> poses;
+  std::string commands;
+  std::string approach = "000";
+  Circumstances at;
+};
+
+struct ExportOptions {
+  std::string campaign, version, file;
+  job::TableRequest grid;
+  std::vector<double> phi_deg = {0};
+  Circumstances at;
+  bool dry_run = false;
+};
+
+void require_epoch(const StoredModel& model, int epoch) {
+  if (epoch == 1 || model.robot.epochs.contains(epoch)) return;
+  throw NotFoundError({.what = "the model knows no such epoch",
+                       .where = {.field = "epoch"},
+                       .got = std::to_string(epoch),
+                       .expected = fmt::format("1 to {}", model.robot.epochs.size() + 1)});
+}
+
+[[noreturn]] void out_of_reach(std::size_t number, int chain) {
+  throw InputError({.what = fmt::format("the pose is out of reach of chain {}", chain + 1),
+                    .where = {.field = "--pose", .point = fmt::format("pose {}", number)}});
+}
+
+/// Commands that a controller without correction gives for the poses.
+std::vector<CommandRow> commands_for(const Mechanism& mechanism, const PredictOptions& options) {
+  if (options.poses.size() % 3 != 0) {
+    throw UsageError({.what = "a pose is three numbers",
+                      .where = {.field = "--pose"},
+                      .got = fmt::format("{} numbers", options.poses.size()),
+                      .expected = "x mm, y mm, phi deg"});
+  }
+  const Approach approach = parse_approach(options.approach);
+  Displacements before_mm = inverse(mechanism.geometry, mechanism.home).l_mm;
+  std::vector<CommandRow> rows;
+  for (std::size_t k = 0; k < options.poses.size(); k += 3) {
+    const Pose pose{options.poses[k], options.poses[k + 1], rad_from_deg(options.poses[k + 2])};
+    const InverseResult at = inverse(mechanism.geometry, pose);
+    if (!at.ok()) out_of_reach(k / 3 + 1, at.chain);
+    CommandRow row{.seq = static_cast<int>(rows.size()) + 1,
+                   .conditions = {.cmd_mm = at.l_mm,
+                                  .from_mm = before_mm,
+                                  .epoch = options.at.epoch,
+                                  .time_s = options.at.time_s,
+                                  .temp_degc = options.at.temp_degc}};
+    for (int i = 0; i < kChains; ++i) {
+      const int sign = approach[static_cast<std::size_t>(i)];
+      if (sign != 0) row.conditions.from_mm[i] = at.l_mm[i] - sign;  // any length: a direction
+    }
+    before_mm = at.l_mm;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::vector<CommandRow> commands_of(const StoredModel& model, const PredictOptions& options) {
+  if (options.poses.empty() == options.commands.empty()) {
+    throw UsageError({.what = "predict takes poses or a file of commands, one of them",
+                      .hint = "--pose x,y,phi or --commands FILE"});
+  }
+  return options.commands.empty() ? commands_for(model.robot.mechanism, options)
+                                  : read_commands_csv(options.commands, model.robot.mechanism);
+}
+
+Json vector_json(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+Json prediction_json(const CommandRow& row, const Prediction& at) {
+  Json json = {{"seq", row.seq},
+               {"cmd_mm", vector_json(row.conditions.cmd_mm)},
+               {"from_mm", vector_json(row.conditions.from_mm)},
+               {"epoch", row.conditions.epoch},
+               {"status", at.ok() ? "ok" : "unreachable"}};
+  if (at.ok()) {
+    json["x_mm"] = at.pose.x_mm;
+    json["y_mm"] = at.pose.y_mm;
+    json["phi_deg"] = deg_from_rad(at.pose.phi_rad);
+  }
+  return json;
+}
+
+std::string predictions_text(const Json& predictions) {
+  Table table({"seq", "cmd l1 mm", "cmd l2 mm", "cmd l3 mm", "x mm", "y mm", "phi deg"});
+  for (const Json& p : predictions) {
+    std::vector<std::string> cells = {std::to_string(p["seq"].get<int>())};
+    for (const Json& l : p["cmd_mm"]) cells.push_back(fmt::format("{:.5f}", l.get<double>()));
+    for (const char* name : {"x_mm", "y_mm", "phi_deg"}) {
+      cells.push_back(p.contains(name) ? fmt::format("{:.5f}", p[name].get<double>()) : "");
+    }
+    if (!p.contains("x_mm")) cells[4] = "unreachable";
+    table.add(std::move(cells));
+  }
+  return table.text();
+}
+
+std::vector<std::string> idle_in(const StoredModel& model, const std::vector<CommandRow>& rows) {
+  const auto all = [&rows](auto has) { return std::all_of(rows.begin(), rows.end(), has); };
+  return job::idle_effects(
+      model.robot, all([](const CommandRow& r) { return r.conditions.temp_degc.has_value(); }),
+      all([](const CommandRow& r) { return r.conditions.time_s.has_value(); }));
+}
+
+ExitCode run_predict(const PredictOptions& options, Context& context) {
+  store::Connection db = store::open(context.db(), store::Access::read_only);
+  const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
+  const StoredModel model = job::find_model(db, campaign, options.version);
+  const std::vector<CommandRow> rows = commands_of(model, options);
+  Json predictions = Json::array();
+  bool all_ok = true;
+  for (const CommandRow& row : rows) {
+    require_epoch(model, row.conditions.epoch);
+    const Prediction at = predict(model.robot, row.conditions);
+    all_ok = all_ok && at.ok();
+    predictions.push_back(prediction_json(row, at));
+  }
+  const std::vector<std::string> idle = idle_in(model, rows);
+  if (context.json) {
+    context.print("model-predict", {{"campaign", campaign.name},
+                                    {"version", model.row.version},
+                                    {"name", model.row.data.name},
+                                    {"left_out", idle},
+                                    {"predictions", predictions}});
+  } else {
+    context.print(predictions_text(predictions));
+    for (const std::string& effect : idle) context.say("left out: " + effect);
+  }
+  return all_ok ? ExitCode::ok : ExitCode::not_acceptable;
+}
+
+/// What the controller must know before it uses the table.
+std::vector<std::string> table_words(const StoredModel& model, const ExportOptions& options) {
+  std::vector<std::string> words;
+  for (const std::string& effect : job::idle_effects(model.robot, options.at.temp_degc.has_value(),
+                                                     options.at.time_s.has_value())) {
+    words.push_back("left out: " + effect);
+  }
+  for (const ActiveEffect& active : model.robot.effects) {
+    if (!active.effect->name.starts_with("tracker_")) continue;
+    words.push_back(active.effect->name +
+                    " is of the instrument: the table makes the tracker read the targets");
+  }
+  return words;
+}
+
+bool ends_with(const std::string& text, std::string_view end) {
+  return text.size() > end.size() && text.ends_with(end);
+}
+
+Json export_table(const StoredModel& model, const ExportOptions& options) {
+  require_epoch(model, options.at.epoch);
+  job::TableRequest request = options.grid;
+  request.phi_rad.clear();
+  for (const double deg : options.phi_deg) request.phi_rad.push_back(rad_from_deg(deg));
+  request.epoch = options.at.epoch;
+  request.temp_degc = options.at.temp_degc;
+  request.time_s = options.at.time_s;
+  const job::CompensationTable table = job::compensation_table(model.robot, request);
+  if (!options.dry_run) write_file_atomically(options.file, job::table_csv(table));
+  return {{"kind", "table"},
+          {"n_targets", table.n_targets},
+          {"n_unreachable", table.n_unreachable},
+          {"n_rows", table.rows.size()},
+          {"directed_rails", table.directed},
+          {"words", table_words(model, options)}};
+}
+
+std::string export_text(const Json& done) {
+  std::string text = fmt::format("{} {}", done["dry_run"].get<bool>() ? "would write" : "wrote",
+                                 printable(done["file"].get<std::string>()));
+  if (done["kind"] == "model") return text + ": the model as JSON";
+  text += fmt::format(": {} rows for {} targets", done["n_rows"].get<int>(),
+                      done["n_targets"].get<int>());
+  if (done["n_unreachable"] > 0) {
+    text += fmt::format(", {} of them out of reach and left out", done["n_unreachable"].get<int>());
+  }
+  for (const Json& sentence : done["words"]) text += "\n" + sentence.get<std::string>();
+  return text;
+}
+
+ExitCode run_export(const ExportOptions& options, Context& context) {
+  store::Connection db = store::open(context.db(), store::Access::read_only);
+  const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
+  const StoredModel model = job::find_model(db, campaign, options.version);
+  Json done = {{"campaign", campaign.name},
+               {"version", model.row.version},
+               {"file", options.file},
+               {"dry_run", options.dry_run}};
+  if (ends_with(options.file, ".json")) {
+    done["kind"] = "model";
+    const std::string text = job::model_file_json(model, campaign.name).dump(1) + "\n";
+    if (!options.dry_run) write_file_atomically(options.file, text);
+  } else if (ends_with(options.file, ".csv")) {
+    done.update(export_table(model, options));
+  } else {
+    throw UsageError({.what = "the file's ending says what is written",
+                      .where = {.field = "FILE"},
+                      .got = options.file,
+                      .expected = "NAME.csv for a compensation table, NAME.json for the model"});
+  }
+  context.json ? context.print("model-export", done) : context.print(export_text(done));
+  return ExitCode::ok;
+}
+
+void circumstances(CLI::App& c, Circumstances& at) {
+  c.add_option("--epoch", at.epoch, "Homing and set-up")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  c.add_option("--temp-degc", at.temp_degc, "Temperature of the machine (none: not compensated)")
+      ->check(CLI::Range(-273.15, 1000.0));
+  c.add_option("--time-s", at.time_s, "Since the campaign's start (none: no drift)");
+}
+
+void setup_predict(CLI::App& model, Context& context) {
+  CLI::App& c = *model.add_subcommand("predict", "Where the robot goes, as a version has it");
+  auto o = std::make_shared<PredictOptions>();
+  c.add_option("CAMPAIGN", o->campaign, "Name or uuid")->required();
+  c.add_option("VERSION", o->version, "Number of the version, or last")->required();
+  c.add_option("--pose", o->poses,
+               "x mm,y mm,phi deg (repeatable): asked for of a controller without correction, one "
+               "after the other from home")
+      ->delimiter(',');
+  c.add_option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per rail")
+      ->capture_default_str();
+  c.add_option("--commands", o->commands, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv");
+  circumstances(c, o->at);
+  on_run(c, context, o, run_predict);
+}
+
+void setup_export(CLI::App& model, Context& context) {
+  CLI::App& c = *model.add_subcommand(
+      "export", "A compensation table for a controller (.csv), or the model (.json)");
+  auto o = std::make_shared<ExportOptions>();
+  c.add_option("CAMPAIGN", o->campaign, "Name or uuid")->required();
+  c.add_option("VERSION", o->version, "Number of the version, or last")->required();
+  c.add_option("FILE", o->file, "NAME.csv or NAME.json")->required();
+  c.add_option("--step-mm", o->grid.step_mm, "Of the targets")->capture_default_str();
+  c.add_option("--half-width-mm", o->grid.half_width_mm, "Of the square of targets about O_A")
+      ->capture_default_str();
+  c.add_option("--phi-deg", o->phi_deg, "Orientations, several with commas")
+      ->delimiter(',')
+      ->capture_default_str();
+  circumstances(c, o->at);
+  c.add_flag("--dry-run", o->dry_run, "Compute and say, write nothing");
+  on_run(c, context, o, run_export);
+}
+
+}  // namespace
+
+void setup_model_use(CLI::App& model, Context& context) {
+  setup_predict(model, context);
+  setup_export(model, context);
+}
+
+}  // namespace trammel::cli
