@@ -18,4 +18,8 @@ struct Finished {
 Finished run_program(const std::vector<std::string>& words, const std::filesystem::path& folder,
                      std::optional<int> kill_after_ms = {});
 
+/// All that the program writes to a terminal of its own; NO_COLOR set or not there.
+std::string run_on_terminal(const std::vector<std::string>& words,
+                            const std::filesystem::path& folder, bool no_color);
+
 }  // namespace trammel::tests

@@ -37,6 +37,58 @@ std::set<std::string> one_edit(const std::string& word) {
 
 }  // namespace
 
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// Words that lead to each command of the tree, the program itself first.
+void walk(const CLI::App& app, const Words& path, std::vector<std::pair<Words, Words>>& found) {
+  Words names;
+  const auto all = [](const CLI::App*) { return true; };
+  for (const CLI::App* sub : app.get_subcommands(all)) names.push_back(sub->get_name());
+  for (const CLI::App* at = &app; at != nullptr; at = at->get_parent()) {
+    for (const CLI::Option* option : at->get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  }
+  found.emplace_back(path, names);
+  for (const CLI::App* sub : app.get_subcommands(all)) {
+    Words longer = path;
+    longer.push_back(sub->get_name());
+    walk(*sub, longer, found);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a misspelling by one edit of any verb or option anywhere is answered by the right one",
+          "[cli]") {
+  Context context;
+  CLI::App app("", "trammel");
+  set_up(app, context, commands());
+  std::vector<std::pair<Words, Words>> places;
+  walk(app, {}, places);
+  int right = 0, asked = 0;
+  for (const auto& [path, names] : places) {
+    for (const std::string& name : names) {
+      for (const std::string& wrong : one_edit(name)) {
+        // Without its dashes an option is a value; a verb with a dash in front is an option.
+        if (wrong.starts_with("--") != name.starts_with("--")) continue;
+        Words words = path;
+        words.push_back(wrong);
+        const auto unknown = first_unknown(app, words);
+        if (!unknown) continue;  // it is another command, or a value
+        ++asked;
+        const auto& said = unknown->suggestions;
+        right += std::find(said.begin(), said.end(), name) != said.end() ? 1 : 0;
+      }
+    }
+  }
+  CAPTURE(right, asked);
+  REQUIRE(asked > 5000);
+  CHECK(right >= 0.95 * asked);
+}
+
 TEST_CASE("a misspelling by one edit of any command is answered by the right one in 95 of 100",
           "[cli]") {
   Context context;

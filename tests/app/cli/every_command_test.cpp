@@ -1,0 +1,313 @@
+// Walks the command tree of the built program: a command that is added is tested by being there.
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/cli.hpp"
+#include "app/cli/commands.hpp"
+#include "app/session/lock.hpp"
+#include "store/campaign.hpp"
+#include "store/open.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/json_schema.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/temporary.hpp"
+
+using namespace trammel;
+using tests::Finished;
+using tests::run_program;
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+struct Command {
+  Words words;                       // {"campaign", "import"}
+  std::vector<std::string> options;  // "--dry-run", …: its own and those all commands share
+  [[nodiscard]] std::string name() const {
+    return words.size() == 1 ? words[0] : words[0] + " " + words[1];
+  }
+  [[nodiscard]] bool has(const std::string& option) const {
+    return std::find(options.begin(), options.end(), option) != options.end();
+  }
+};
+
+std::vector<Command> all_commands() {
+  cli::Context context;
+  CLI::App app("", "trammel");
+  cli::set_up(app, context, cli::commands());
+  std::vector<Command> found;
+  const auto all = [](const CLI::App*) { return true; };
+  const auto add = [&found](const CLI::App& leaf, Words words) {
+    Command command{std::move(words), {}};
+    for (const CLI::Option* option : leaf.get_options()) {
+      for (const std::string& name : option->get_lnames()) command.options.push_back("--" + name);
+    }
+    found.push_back(std::move(command));
+  };
+  for (const CLI::App* noun : std::as_const(app).get_subcommands(all)) {
+    const auto verbs = noun->get_subcommands(all);
+    if (verbs.empty()) add(*noun, {noun->get_name()});
+    for (const CLI::App* verb : verbs) add(*verb, {noun->get_name(), verb->get_name()});
+  }
+  return found;
+}
+
+const std::string kDriveError =
+    std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error";
+
+/// What each command is given in the prepared laboratory. A new command needs a line here.
+const std::map<std::string, Words>& examples() {
+  static const std::map<std::string, Words> all = {
+      {"demo", {"demo"}},
+      {"protocol run", {"demo/protocol.json"}},
+      {"plan create", {"lattice", "--step", "50", "--out", "made.json"}},
+      {"plan show", {"plan.json"}},
+      {"plan check", {"plan.json"}},
+      {"session run", {"lab", "--plan", "plan.json", "--stage", "sim:demo/robot.json"}},
+      {"session resume", {"paper", "--session", "measure-80"}},
+      {"session status", {"paper"}},
+      {"session stop", {"drive-error", "--dry-run"}},
+      {"campaign list", {}},
+      {"campaign show", {"paper"}},
+      {"campaign import", {kDriveError, "--name", "again"}},
+      {"campaign export", {"paper", "exported"}},
+      {"reading exclude", {"drive-error", "--seq", "3", "--reason", "a test"}},
+      {"calibrate lsq", {"drive-error"}},
+      {"calibrate geometry", {"drive-error"}},
+      {"calibrate idw", {"drive-error"}},
+      {"calibrate rbf", {"drive-error"}},
+      {"calibrate gp", {"drive-error"}},
+      {"calibrate hybrid", {"drive-error"}},
+      {"calibrate contest", {"drive-error", "--blocks", "2"}},
+      {"diagnose", {"--from", kDriveError, "--replicates", "200"}},
+      {"model list", {"drive-error"}},
+      {"model show", {"drive-error", "last"}},
+      {"model diff", {"drive-error", "1", "last"}},
+      {"model predict", {"drive-error", "last", "--pose", "10,20,0"}},
+      {"model export", {"drive-error", "last", "table.csv", "--step-mm", "50"}},
+      {"job list", {}},
+      {"job show", {"1"}},
+      {"job why", {"1"}},
+      {"job verify", {"1"}},
+      {"job diff", {"1", "2"}},
+      {"job rerun", {"1"}},
+      {"report", {"paper"}},
+      {"compare", {"paper", "drive-error"}},
+      {"mechanism check", {"demo/robot.json"}},
+      {"mechanism ik", {"demo/robot.json", "--pose", "1", "2", "3"}},
+      {"mechanism fk", {"demo/robot.json", "--l", "260", "261", "262"}},
+      {"mechanism sensitivity", {"demo/robot.json"}},
+      {"mechanism workspace", {"demo/robot.json", "--step", "50"}},
+      {"query", {"SELECT * FROM v_accuracy"}},
+      {"db check", {}},
+      {"db verify", {}},
+      {"db backup", {"copy.db"}},
+      {"db migrate", {}},
+  };
+  return all;
+}
+
+/// A laboratory that has measured, imported and diagnosed; made once for all tests.
+class Laboratory {
+ public:
+  Laboratory() {
+    prepare({"demo", "demo"});
+    prepare({"campaign", "import", kDriveError});
+    prepare({"diagnose", "drive-error", "--replicates", "200"});
+    prepare({"plan", "create", "lattice", "--step", "100", "--out", "plan.json"});
+  }
+
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
+
+  [[nodiscard]] Finished run(Words words, const Words& more = {}) const {
+    words.insert(words.end(), more.begin(), more.end());
+    words.insert(words.end(), {"--db", "demo/trammel.db"});
+    return run_program(words, path());
+  }
+
+  /// Every file with its content; what SQLite and the lock keep beside a database is not data.
+  [[nodiscard]] std::map<std::string, std::string> files() const {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path())) {
+      const std::string name = entry.path().string();
+      const bool beside = name.ends_with("-wal") || name.ends_with("-shm") ||
+                          name.find(".lock") != std::string::npos;
+      if (entry.is_regular_file() && !beside) all[name] = tests::read_text(entry.path());
+    }
+    return all;
+  }
+
+ private:
+  void prepare(const Words& words) const {
+    const Finished done = run(words);
+    INFO(done.err);
+    REQUIRE(done.exit_code == 0);
+  }
+
+  tests::TemporaryFolder folder_;
+};
+
+const Laboratory& laboratory() {
+  static const Laboratory made;
+  return made;
+}
+
+Words line(const Command& command, const Words& more = {}) {
+  Words words = command.words;
+  const auto example = examples().find(command.name());
+  if (example == examples().end()) {
+    throw std::runtime_error("no example for `" + command.name() + "`: add one to this test");
+  }
+  words.insert(words.end(), example->second.begin(), example->second.end());
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+/// "trammel/campaign-import/1"; the stages of calibrate share one.
+std::string schema_of(const Command& command) {
+  if (command.words[0] == "calibrate") return "trammel/calibrate/1";
+  return "trammel/" + command.words[0] +
+         (command.words.size() > 1 ? "-" + command.words[1] : std::string()) + "/1";
+}
+
+std::string file_of(const std::string& schema) {
+  const std::size_t from = schema.find('/') + 1;
+  return schema.substr(from, schema.rfind('/') - from) + ".schema.json";
+}
+
+void check_answer(const Command& command, const std::string& out) {
+  REQUIRE(nlohmann::ordered_json::accept(out));
+  const auto answer = nlohmann::ordered_json::parse(out);
+  REQUIRE(answer.is_object());
+  REQUIRE_FALSE(answer.empty());
+  CHECK(answer.begin().key() == "schema");
+  CHECK(answer.at("schema") == schema_of(command));
+  CHECK(tests::schema_errors(nlohmann::json::parse(out), file_of(schema_of(command))) == "");
+}
+
+/// The process of this test measures drive-error, as far as others can see.
+class Measuring {
+ public:
+  Measuring() : lock_(file(), uuid()) {}
+
+ private:
+  static std::filesystem::path file() { return laboratory().path() / "demo/trammel.db"; }
+  static std::string uuid() {
+    store::Connection db = store::open(file(), store::Access::read_only);
+    return store::require_campaign(db, "drive-error").uuid;
+  }
+  session::CampaignLock lock_;
+};
+
+}  // namespace
+
+TEST_CASE("every command explains itself with its exit codes", "[cli]") {
+  for (const Command& command : all_commands()) {
+    CAPTURE(command.name());
+    const Finished help = laboratory().run(command.words, {"--help"});
+    CHECK(help.exit_code == 0);
+    CHECK(help.err.empty());
+    CHECK_THAT(help.out, Contains("Exit codes:") && Contains("130  interrupted"));
+  }
+}
+
+TEST_CASE("every command answers a misspelt option with 2 and the right one", "[cli]") {
+  for (const Command& command : all_commands()) {
+    for (std::string option : {command.options.back(), std::string("--json")}) {
+      if (option == "--help") continue;
+      CAPTURE(command.name(), option);
+      const std::string meant = option;
+      option.insert(std::min<std::size_t>(4, option.size()), "x");
+      const Finished answer = laboratory().run(command.words, {option});
+      CHECK(answer.exit_code == 2);
+      CHECK(answer.out.empty());
+      CHECK_THAT(answer.err, Contains("did you mean") && Contains(meant));
+    }
+  }
+}
+
+TEST_CASE("every command that can change anything has --dry-run, which changes nothing", "[cli]") {
+  const Measuring measuring;
+  for (const Command& command : all_commands()) {
+    CAPTURE(command.name());
+    const auto before = laboratory().files();
+    const Words more = command.has("--dry-run") ? Words{"--dry-run"} : Words{};
+    Words words = line(command);
+    if (std::find(words.begin(), words.end(), "--dry-run") == words.end())
+      words = line(command, more);
+    const Finished done = laboratory().run(words);
+    INFO(done.err);
+    CHECK(done.exit_code == 0);
+    CHECK(laboratory().files() == before);
+    CHECK(done.out.find('\x1b') == std::string::npos);
+    CHECK(done.err.find('\x1b') == std::string::npos);
+    words.emplace_back("--json");
+    check_answer(command, laboratory().run(words).out);
+  }
+}
+
+TEST_CASE("with --json every command prints one object, valid against its schema", "[cli]") {
+  const Measuring measuring;
+  for (const Command& command : all_commands()) {
+    CAPTURE(command.name());
+    const Finished done = laboratory().run(line(command, {"--json"}));
+    INFO(done.err);
+    CHECK(done.exit_code == 0);
+    CHECK(done.out.find('\x1b') == std::string::npos);
+    check_answer(command, done.out);
+    CHECK(done.err.find("next:") == std::string::npos);
+  }
+}
+
+TEST_CASE("files of the program's own formats are valid against their schemas", "[cli]") {
+  const std::filesystem::path examples = std::string(TRAMMEL_SOURCE_DIR) + "/examples";
+  const Laboratory& lab = laboratory();
+  REQUIRE(lab.run({"model", "export", "drive-error", "last", "m.json"}).exit_code == 0);
+  REQUIRE(lab.run({"campaign", "export", "paper", "as-files"}).exit_code == 0);
+  struct File {
+    std::filesystem::path path;
+    const char* schema;
+  };
+  for (const File& file :
+       std::vector<File>{{examples / "paper/robot.json", "robot.schema.json"},
+                         {examples / "paper/protocol.json", "protocol.schema.json"},
+                         {lab.path() / "plan.json", "plan.schema.json"},
+                         {lab.path() / "m.json", "model.schema.json"},
+                         {lab.path() / "as-files/campaign.json", "campaign.schema.json"},
+                         {kDriveError + "/campaign.json", "campaign.schema.json"}}) {
+    CAPTURE(file.path);
+    CHECK(tests::schema_errors(nlohmann::json::parse(tests::read_text(file.path)), file.schema) ==
+          "");
+  }
+  auto report = nlohmann::json::parse(tests::read_text(lab.path() / "demo/report.json"));
+  report["schema"] = "trammel/report/1";
+  CHECK(tests::schema_errors(report, "report.schema.json") == "");
+}
+
+TEST_CASE("errors are valid against their schema, and a wrong object is not", "[cli]") {
+  for (const Words& words : std::vector<Words>{{"reprot", "--json"},
+                                               {"report", "nobody", "--json"},
+                                               {"campaign", "import", "nowhere", "--json"},
+                                               {"model", "show", "paper", "99", "--json"}}) {
+    CAPTURE(words);
+    const Finished failed = laboratory().run(words);
+    CHECK(failed.out.empty());
+    const auto error = nlohmann::json::parse(failed.err);
+    CHECK(tests::schema_errors(error, "error.schema.json") == "");
+    CHECK(error.at("exit_code") == failed.exit_code);
+  }
+  CHECK(tests::schema_errors({{"schema", "trammel/error/1"}}, "error.schema.json") != "");
+  CHECK(tests::schema_errors({{"schema", "trammel/db-check/1"}, {"extra", 1}},
+                             "db-check.schema.json") != "");
+}
+
+TEST_CASE("a terminal gets bold headings, and none where NO_COLOR is set", "[cli]") {
+  const Words words = {"report", "paper", "--db", "demo/trammel.db"};
+  const std::string bold = tests::run_on_terminal(words, laboratory().path(), false);
+  const std::string plain = tests::run_on_terminal(words, laboratory().path(), true);
+  CHECK(bold.find("\x1b[1m") != std::string::npos);
+  CHECK(plain.find('\x1b') == std::string::npos);
+  CHECK(plain.size() > 1000);
+}
