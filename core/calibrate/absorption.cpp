@@ -59,7 +59,7 @@ Half half_of(const Eigen::MatrixXd& B, const Eigen::VectorXd& r,
   // to compare halves, and 1e5 readings stay cheap.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(rows.transpose() * rows);
   const Eigen::ArrayXd s2 = eigen.eigenvalues().array();
-  const double least = std::max(kCarriesNothing * kCarriesNothing, 1e-12 * s2[s2.size() - 1]);
+  const double least = std::max(kLeastSignal * kLeastSignal, 1e-12 * s2[s2.size() - 1]);
   const Eigen::Index rank = (s2 > least).count();
   Half half;
   half.knows = eigen.eigenvectors().rightCols(rank);
