@@ -1,5 +1,6 @@
 #include "app/cli/commands.hpp"
 
+#include "app/cli/assess.hpp"
 #include "app/cli/calibrate.hpp"
 #include "app/cli/campaign.hpp"
 #include "app/cli/campaign_exchange.hpp"
@@ -32,6 +33,7 @@ const std::vector<Setup>& commands() {
       setup_diagnose,
       setup_job,
       setup_report,
+      setup_assess,
       setup_compare,
       setup_mechanism,
       setup_query,
