@@ -1,5 +1,6 @@
 #include "app/cli/commands.hpp"
 
+#include "app/cli/assess.hpp"
 #include "app/cli/calibrate.hpp"
 #include "app/cli/campaign.hpp"
 #include "app/cli/campaign_exchange.hpp"
@@ -34,6 +35,7 @@ const std::vector<Setup>& commands() {
       setup_model,
       setup_job,
       setup_report,
+      setup_assess,
       setup_compare,
       setup_mechanism,
       setup_query,

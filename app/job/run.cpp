@@ -1,9 +1,11 @@
 #include "app/job/run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -183,6 +185,30 @@ std::vector<std::string> hull_words(const Campaign& campaign) {
                   outside, all)};
 }
 
+/// A warning where held-out points stand on fitted ones: they judge what was fitted to them.
+std::vector<std::string> overlap_words(const Campaign& campaign) {
+  constexpr double kSame = 1e-6;  // mm, rad
+  std::set<std::array<long long, 3>> fitted;
+  const auto cell = [](const Pose& p) {
+    return std::array{std::llround(p.x_mm / kSame), std::llround(p.y_mm / kSame),
+                      std::llround(p.phi_rad / kSame)};
+  };
+  for (const Reading& r : campaign.readings) {
+    if (r.set == ReadingSet::identify && r.measured) fitted.insert(cell(r.target));
+  }
+  int overlap = 0, all = 0;
+  for (const Reading& r : campaign.readings) {
+    if (r.set != ReadingSet::validate || !r.measured) continue;
+    ++all;
+    overlap += fitted.contains(cell(r.target)) ? 1 : 0;
+  }
+  if (overlap == 0) return {};
+  return {
+      fmt::format("warning: {} of {} held-out points stand where the correction was fitted: their "
+                  "figures say less than those of points it never saw",
+                  overlap, all)};
+}
+
 store::NewJob computed(const Inputs& in) {
   const auto start = std::chrono::steady_clock::now();
   StageResult result = in.stage->run(in.loaded.campaign, in.parameters);
@@ -198,7 +224,8 @@ store::NewJob computed(const Inputs& in) {
   job.points = judge(in.loaded.campaign, result.correction);
   job.statistics = statistics(job.points);
   const Json gains = improvements(job.points);
-  for (const auto& more : {improvement_words(gains), hull_words(in.loaded.campaign)}) {
+  for (const auto& more : {improvement_words(gains), hull_words(in.loaded.campaign),
+                           overlap_words(in.loaded.campaign)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
   const Json stored_result = {{"correction", correction_json(result.correction)},

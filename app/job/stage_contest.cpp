@@ -6,11 +6,13 @@
 #include <chrono>
 #include <cmath>
 
+#include "app/job/held_out.hpp"
 #include "app/job/stages.hpp"
 #include "core/assess/blocks.hpp"
 #include "core/assess/bootstrap.hpp"
 #include "core/assess/deviation.hpp"
 #include "core/assess/summary.hpp"
+#include "core/assess/verdict.hpp"
 #include "core/diagnose/diagnose.hpp"
 #include "core/measure/noise.hpp"
 
@@ -18,9 +20,9 @@ namespace trammel::job {
 
 namespace {
 
-constexpr double kAtFloor = 1.3;       // times the floor: as near as these readings can tell
 constexpr double kWorthNaming = 0.10;  // share of what is left
 constexpr std::size_t kFewest = 10;
+constexpr std::size_t kMost = 5000;  // tuning IDW looks at every pair, for every power, six times
 
 /// A method, simplest first: the order breaks ties.
 struct Candidate {
@@ -78,25 +80,15 @@ Trial held_out(const Candidate& candidate, const Campaign& campaign,
   Trial trial{.candidate = candidate, .position_mm = {}, .left_mm = {}, .failed = {}};
   trial.position_mm.resize(rows.size());
   trial.left_mm.resize(static_cast<Eigen::Index>(rows.size()), 3);
-  const int n_blocks = 1 + *std::max_element(block.begin(), block.end());
-  for (int out = 0; out < n_blocks; ++out) {
-    Campaign training = campaign;
-    training.readings.clear();
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (block[k] != out) training.readings.push_back(rows[k]);
-    }
-    const Correction correction = fitted(candidate, training);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      if (block[k] != out) continue;
-      const ForwardResult after = predicted_after(correction, campaign.mechanism, rows[k]);
-      const InverseResult l = inverse(campaign.mechanism.geometry, after.pose);
-      const InverseResult wanted = inverse(campaign.mechanism.geometry, rows[k].target);
-      if (!after.ok() || !l.ok() || !wanted.ok()) {
-        throw InputError({.what = "a corrected target is out of reach"});
-      }
-      trial.position_mm[k] = position_error_mm(after.pose, rows[k].target);
-      trial.left_mm.row(static_cast<Eigen::Index>(k)) = (l.l_mm - wanted.l_mm).transpose();
-    }
+  const std::vector<Pose> after =
+      held_out_poses([&candidate](const Campaign& training) { return fitted(candidate, training); },
+                     campaign, rows, block);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const InverseResult l = inverse(campaign.mechanism.geometry, after[k]);
+    const InverseResult wanted = inverse(campaign.mechanism.geometry, rows[k].target);
+    if (!l.ok() || !wanted.ok()) throw InputError({.what = "a corrected target is out of reach"});
+    trial.position_mm[k] = position_error_mm(after[k], rows[k].target);
+    trial.left_mm.row(static_cast<Eigen::Index>(k)) = (l.l_mm - wanted.l_mm).transpose();
   }
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return trial;
@@ -226,16 +218,17 @@ void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign&
   out.words.push_back(
       "rule: the least held-out mean, or the simplest (topmost) method whose 95 % "
       "interval of the paired difference to it holds zero");
-  out.words.push_back(
-      mean_mm <= kAtFloor * floor_mm
-          ? fmt::format("at the floor: {:.4f} mm where a perfect robot reads {:.4f}", mean_mm,
-                        floor_mm)
-          : fmt::format("{:.1f} um unexplained beyond the floor of {:.4f} mm",
-                        1000 * std::sqrt(mean_mm * mean_mm - floor_mm * floor_mm), floor_mm));
+  out.words.push_back(floor_verdict(mean_mm, floor_mm));
 }
 
 StageResult run(const Campaign& campaign, const Json& parameters) {
   const std::vector<Reading> rows = identify_rows(campaign);
+  if (rows.size() > kMost) {
+    throw InputError({.what = "there are too many readings for a contest",
+                      .got = std::to_string(rows.size()),
+                      .expected = "at most " + std::to_string(kMost),
+                      .hint = "name fewer sessions with --session"});
+  }
   if (rows.size() < kFewest) {
     throw InputError({.what = "there are too few readings for a contest",
                       .got = std::to_string(rows.size()),

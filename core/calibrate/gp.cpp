@@ -61,6 +61,12 @@ Eigen::LLT<Eigen::MatrixXd> factor(const GpMap& map, const GpJoint& joint) {
 
 GpMap fit_gp(std::span<const JointSample> samples) {
   require_places(samples, 3);
+  if (samples.size() > kMostGpSamples) {
+    throw InputError({.what = "there are too many readings for a Gaussian process",
+                      .got = std::to_string(samples.size()),
+                      .expected = "at most " + std::to_string(kMostGpSamples),
+                      .hint = "idw and rbf take any number; or name fewer sessions"});
+  }
   GpMap map;
   const auto n = static_cast<Eigen::Index>(samples.size());
   Eigen::MatrixX3d y(n, 3);

@@ -37,6 +37,7 @@ std::vector<Eigen::Vector3d> uncertainty_mm(const GpMap& map, std::span<const Pl
 /// joint. Repeats stay apart samples: they tell the noise. Throws InputError for fewer than three
 /// places. Proof: recovers a drawn field within its stated uncertainty (gp_test.cpp). Source:
 /// Rasmussen and Williams 2006, Eqs. 2.25, 2.26, 5.8.
+inline constexpr std::size_t kMostGpSamples = 2000;
 GpMap fit_gp(std::span<const JointSample> samples);
 
 }  // namespace trammel

@@ -1,0 +1,38 @@
+#pragma once
+// Expanded uncertainty of where a corrected robot stands.
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/calibrate/correction.hpp"
+
+namespace trammel::assess {
+
+/// U (k = 2) of one corrected point: of a coordinate of place in its worst direction, and of phi.
+struct Expanded {
+  double U_mm = 0;
+  double U_rad = 0;
+};
+
+/// How U comes about, in words, and U of the target of a reading.
+struct PointUncertainty {
+  std::string basis;
+  std::function<Expanded(const Reading&)> of;
+};
+
+/// From what the correction itself knows of its errors: the covariance of a fitted model
+/// (model_uncertainty.hpp), the predictive uncertainty of a Gaussian process with what no place
+/// explains, or both (hybrid). Nothing for a correction that knows nothing of them.
+/// `fitted`: the readings it was fitted to. Throws InputError as those.
+std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
+                                                const Mechanism& mechanism,
+                                                std::span<const Reading> fitted,
+                                                const TrackerSigma& sigma);
+
+/// From held-out errors (measured less target, after correction): twice their root mean square a
+/// coordinate, the same everywhere, noise of the readings included.
+PointUncertainty held_out_uncertainty(std::span<const Pose> errors, const std::string& whence);
+
+}  // namespace trammel::assess
