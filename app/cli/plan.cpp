@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <optional>
 
 #include "app/cli/approach.hpp"
+#include "app/cli/plan_design.hpp"
 #include "app/exchange/files.hpp"
 #include "app/exchange/mechanism_json.hpp"
 #include "app/session/plan_json.hpp"
@@ -20,13 +22,13 @@ struct CreateOptions {
   std::string name;  // default: the grid's
   std::string out;
   bool dry_run = false;
-  double step_mm = 10;
+  std::optional<double> step_mm;
   int count = 10;
   double half_width_mm = 100;
   std::vector<double> centre_mm = {0, 0};
   double radius_mm = 50;
-  int points = 72;
-  std::vector<double> orientations_deg = {0};
+  std::optional<int> points;
+  std::vector<double> orientations_deg;
   std::vector<std::string> approaches = {"000"};
   double approach_mm = 5;
   int repeats = 1;
@@ -38,12 +40,20 @@ struct CreateOptions {
   double travel_mm = 50;
   int targets = 11;
   int runs = 5;
+  std::string criterion = "D";
+  DesignOptions design = {.effects = {"lead_scale", "backlash"}};
 };
+
+constexpr double kStepMm = 10, kOptimalStepMm = 20;
+constexpr int kCirclePoints = 72, kOptimalPoints = 40;
+const std::vector<double> kOptimalOrientationsDeg = {-5, 0, 5};
 
 struct FileOptions {
   std::string file;
   std::string mechanism;
   CheckOptions check;
+  bool identifiability = false;
+  DesignOptions design;
 };
 
 Mechanism mechanism_of(const std::string& file) {
@@ -51,29 +61,57 @@ Mechanism mechanism_of(const std::string& file) {
 }
 
 std::vector<TargetGroup> groups_of(const CreateOptions& o) {
-  if (o.grid == "paper-80") return {{"", paper_80(o.step_mm, o.count)}};
-  if (o.grid == "lattice") return {{"", lattice(o.half_width_mm, o.step_mm)}};
+  if (o.grid == "paper-80") return {{"", paper_80(o.step_mm.value_or(kStepMm), o.count)}};
+  if (o.grid == "lattice") return {{"", lattice(o.half_width_mm, o.step_mm.value_or(kStepMm))}};
   if (o.grid == "circle") {
-    return {{"circle 1", circle({o.centre_mm[0], o.centre_mm[1], o.radius_mm}, o.points)}};
+    return {{"circle 1", circle({o.centre_mm[0], o.centre_mm[1], o.radius_mm},
+                                o.points.value_or(kCirclePoints))}};
   }
   return named_groups(o.grid);
 }
 
+std::vector<double> orientations_rad(const CreateOptions& o, const std::vector<double>& otherwise) {
+  std::vector<double> all;
+  for (const double deg : o.orientations_deg.empty() ? otherwise : o.orientations_deg) {
+    all.push_back(rad_from_deg(deg));
+  }
+  return all;
+}
+
+ReadingSet set_of(const CreateOptions& o) {
+  return o.set == "validate" ? ReadingSet::validate : ReadingSet::identify;
+}
+
+OptimalPlan optimal_for(const CreateOptions& o) {
+  const std::map<std::string, Criterion> kCriteria = {
+      {"D", Criterion::D}, {"A", Criterion::A}, {"E", Criterion::E}};
+  return optimal_plan(mechanism_of(o.mechanism),
+                      {.name = o.name.empty() ? o.grid : o.name,
+                       .points = o.points.value_or(kOptimalPoints),
+                       .criterion = kCriteria.at(o.criterion),
+                       .effects = o.design.effects,
+                       .sigma = o.design.sigma(),
+                       .half_width_mm = o.half_width_mm,
+                       .step_mm = o.step_mm.value_or(kOptimalStepMm),
+                       .orientations_rad = orientations_rad(o, kOptimalOrientationsDeg),
+                       .approach_mm = o.approach_mm,
+                       .seed = static_cast<std::uint64_t>(o.seed),
+                       .set = set_of(o)});
+}
+
 Plan plan_for(const CreateOptions& o) {
+  if (o.grid == "optimal") return optimal_for(o).plan;
   const std::string name = o.name.empty() ? o.grid : o.name;
   if (o.grid == "rail") {
     return rail_plan(mechanism_of(o.mechanism),
                      {name, o.travel_mm, o.targets, o.runs, o.approach_mm});
   }
   PlanRequest request{.name = name, .groups = groups_of(o)};
-  request.orientations_rad.clear();
-  for (const double deg : o.orientations_deg) {
-    request.orientations_rad.push_back(rad_from_deg(deg));
-  }
+  request.orientations_rad = orientations_rad(o, {0});
   request.approaches.clear();
   for (const std::string& text : o.approaches) request.approaches.push_back(parse_approach(text));
   request.repeats = o.repeats;
-  request.set = o.set == "validate" ? ReadingSet::validate : ReadingSet::identify;
+  request.set = set_of(o);
   const std::map<std::string, Order> kOrders = {
       {"listed", Order::as_listed}, {"random", Order::random}, {"nearest", Order::nearest}};
   request.order = kOrders.at(o.order);
@@ -86,6 +124,9 @@ Plan plan_for(const CreateOptions& o) {
 ExitCode run_create(const CreateOptions& options, Context& context) {
   const Plan plan = plan_for(options);
   const std::string text = session::plan_json(plan).dump(1) + "\n";
+  if (options.grid == "optimal") {
+    context.say(beside_paper_80(plan, mechanism_of(options.mechanism), options.design));
+  }
   if (options.out.empty()) {
     context.print(text);
     return ExitCode::ok;
@@ -130,12 +171,17 @@ ExitCode run_show(const FileOptions& options, Context& context) {
 
 ExitCode run_check(const FileOptions& options, Context& context) {
   const Plan plan = session::plan_of(options.file);
-  const auto violations = check(plan, mechanism_of(options.mechanism), options.check);
+  const Mechanism mechanism = mechanism_of(options.mechanism);
+  const auto violations = check(plan, mechanism, options.check);
+  std::optional<PlanDesign> design;
+  if (options.identifiability) design = design_of(plan, mechanism, options.design);
   if (context.json) {
-    context.print("plan-check", {{"plan", plan.name},
-                                 {"n_points", plan.points.size()},
-                                 {"safe", violations.empty()},
-                                 {"violations", session::violations_json(violations)}});
+    Json fields = {{"plan", plan.name},
+                   {"n_points", plan.points.size()},
+                   {"safe", violations.empty()},
+                   {"violations", session::violations_json(violations)}};
+    if (design) fields["identifiability"] = design_json(*design);
+    context.print("plan-check", fields);
   } else {
     std::string text;
     for (const Violation& v : violations) text += describe(v) + "\n";
@@ -143,35 +189,41 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                 ? fmt::format("{}: {} points, every target and path is safe", printable(plan.name),
                               plan.points.size())
                 : fmt::format("{}: {} violations", printable(plan.name), violations.size());
-    context.print(text);
+    context.print(design ? design_text(*design) + text : text);
   }
   return violations.empty() ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
 void grid_options(CLI::App& c, CreateOptions& o) {
-  c.add_option("--step", o.step_mm, "paper-80, lattice: mm")->capture_default_str();
+  c.add_option("--step", o.step_mm, "mm (10; optimal: 20)");
   c.add_option("--count", o.count, "paper-80: points per arm")->capture_default_str();
-  c.add_option("--half-width", o.half_width_mm, "lattice: mm")->capture_default_str();
+  c.add_option("--half-width", o.half_width_mm, "lattice, optimal: mm")->capture_default_str();
   c.add_option("--centre", o.centre_mm, "circle: x y in mm")->expected(2);
   c.add_option("--radius", o.radius_mm, "circle: mm")->capture_default_str();
-  c.add_option("--points", o.points, "circle: how many")->capture_default_str();
-  c.add_option("--mechanism", o.mechanism, "rail: mechanism file (the paper's)");
+  c.add_option("--points", o.points, "how many (circle: 72; optimal: 40)");
+  c.add_option("--mechanism", o.mechanism, "rail, optimal: mechanism file (the paper's)");
   c.add_option("--travel", o.travel_mm, "rail: mm to either side of home")->capture_default_str();
   c.add_option("--targets", o.targets, "rail: targets per run")->capture_default_str();
   c.add_option("--runs", o.runs, "rail: runs, each in both directions")->capture_default_str();
+  c.add_option("--criterion", o.criterion, "optimal: D (volume), A (mean variance), E (worst)")
+      ->check(CLI::IsMember(std::vector<std::string>{"D", "A", "E"}))
+      ->capture_default_str();
+  design_options(c, o.design);
 }
 
 void setup_create(CLI::App& plan, Context& context) {
   CLI::App& c = *plan.add_subcommand("create", "Make a plan and print it, or write it to a file");
   auto o = std::make_shared<CreateOptions>();
   std::vector<std::string> grids = grid_names();
-  grids.insert(grids.end(), {"lattice", "circle", "rail"});
+  grids.insert(grids.end(), {"lattice", "circle", "rail", "optimal"});
   c.add_option("grid", o->grid, "which points")->required()->check(CLI::IsMember(grids));
   c.add_option("--out", o->out, "file to write (stdout)");
   c.add_flag("--dry-run", o->dry_run, "make the plan, write no file");
   c.add_option("--name", o->name, "of the plan (the grid's)");
   grid_options(c, *o);
-  c.add_option("--orientations", o->orientations_deg, "deg, added to each pose")->delimiter(',');
+  c.add_option("--orientations", o->orientations_deg,
+               "deg, added to each pose (0; optimal: -5,0,5)")
+      ->delimiter(',');
   c.add_option("--approach", o->approaches, "+, - or 0 per rail, several with commas: +++,---")
       ->delimiter(',');
   c.add_option("--approach-distance", o->approach_mm, "length of the last move, mm")
@@ -210,6 +262,9 @@ void setup_plan(CLI::App& app, Context& context) {
       ->capture_default_str();
   checked.add_option("--singularity-margin", options->check.singularity_margin, "0 to 1")
       ->capture_default_str();
+  checked.add_flag("--identifiability", options->identifiability,
+                   "say what the readings will tell: rank, what stays unknown, uncertainty");
+  design_options(checked, options->design);
   on_run(checked, context, options, run_check);
 }
 

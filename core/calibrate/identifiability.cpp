@@ -73,7 +73,12 @@ std::vector<int> preference(const std::vector<ScaledParameter>& parameters) {
 }
 
 std::string amount(const ScaledParameter& parameter, double value) {
-  char text[80];
+  char text[120];
+  if (!parameter.unit.empty()) {
+    std::snprintf(text, sizeof text, "%s by %+.3g %s", parameter.name.c_str(), value,
+                  parameter.unit.c_str());
+    return text;
+  }
   std::snprintf(text, sizeof text, "%s by %+.4f %s", parameter.name.c_str(),
                 parameter.is_angle ? deg_from_rad(value) : value,
                 parameter.is_angle ? "deg" : "mm");

@@ -7,12 +7,13 @@
 
 namespace trammel {
 
-/// A parameter of a linearised model, in mm or rad (shown in mm or deg).
+/// A parameter of a linearised model, in mm or rad (shown in mm or deg), or in a unit of its own.
 struct ScaledParameter {
   std::string name;
   bool is_angle = false;
   double tolerance =
       0;  // one standard deviation of machining and assembly: the unit columns are in
+  std::string unit = {};  // where it is neither a length nor an angle
 };
 
 /// Observability indices of the identifiable directions (m = rank), from the singular values s_1 >=

@@ -125,18 +125,6 @@ Eigen::VectorXd least_change(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
   return V * AV.householderQr().solve(b);
 }
 
-/// Basic: the `rank` columns that pivoting takes, the others stay zero.
-Eigen::VectorXd basic(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> pivoted(A);
-  Eigen::MatrixXd chosen(A.rows(), rank);
-  const auto& order = pivoted.colsPermutation().indices();
-  for (int k = 0; k < rank; ++k) chosen.col(k) = A.col(order[k]);
-  const Eigen::VectorXd part = chosen.householderQr().solve(b);
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(A.cols());
-  for (int k = 0; k < rank; ++k) z[order[k]] = part[k];
-  return z;
-}
-
 struct Solution {
   Eigen::VectorXd z;           // in tolerances, all columns
   Eigen::MatrixXd covariance;  // mm, rad
@@ -161,8 +149,8 @@ Solution solve(const System& system, const LsqOptions& options, const Identifiab
     }
     const Eigen::MatrixXd A = system.A(Eigen::all, columns);
     const Identifiability known = s.rounds.empty() ? all : identifiability(A, parameters);
-    const Eigen::VectorXd part =
-        options.basic_solution ? basic(A, system.b, known.rank) : least_change(A, system.b, known);
+    const Eigen::VectorXd part = options.basic_solution ? basic_solution(A, system.b, known.rank)
+                                                        : least_change(A, system.b, known);
     s.z = Eigen::VectorXd::Zero(system.A.cols());
     s.z(columns) = part;
     s.rounds.push_back({.columns = static_cast<int>(columns.size()),
@@ -239,6 +227,17 @@ void require_equations(Eigen::Index rows, int rank) {
 }
 
 }  // namespace
+
+Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank) {
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> pivoted(A);
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(A.cols());
+  const Eigen::VectorXd rotated = pivoted.householderQ().adjoint() * b;
+  z.head(rank) = pivoted.matrixQR()
+                     .topLeftCorner(rank, rank)
+                     .triangularView<Eigen::Upper>()
+                     .solve(rotated.head(rank));
+  return pivoted.colsPermutation() * z;
+}
 
 LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> readings,
                           const TrackerSigma& sigma, const LsqOptions& options) {

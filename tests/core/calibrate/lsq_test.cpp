@@ -213,3 +213,15 @@ TEST_CASE("one place, one reading, no reading and sigma zero are answered in wor
   missing[3].measured.reset();
   CHECK_THROWS_WITH(identify_linear(paper_mechanism(), missing, kSigma), Contains("seq 4"));
 }
+
+TEST_CASE("a basic solution solves the chosen columns and leaves the others at zero",
+          "[calibrate]") {
+  Random random(31);
+  Eigen::MatrixXd A(30, 5);
+  for (double& value : A.reshaped()) value = random.normal();
+  A.col(4) = A.col(0) - 2 * A.col(2);
+  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(5, 1, 5);
+  const Eigen::VectorXd z = basic_solution(A, A * x, 4);
+  CHECK((A * z - A * x).norm() < 1e-12);
+  CHECK((z.array() == 0).count() == 1);
+}

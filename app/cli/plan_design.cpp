@@ -1,0 +1,91 @@
+#include "app/cli/plan_design.hpp"
+
+#include <fmt/format.h>
+
+#include "core/plan/named.hpp"
+#include "core/units.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kUmPerMm = 1000;
+constexpr double kTurnRad = rad_from_deg(5.0);
+
+std::string uncertainty_line(const std::string& where, const PoseUncertainty& u) {
+  return fmt::format("  {:<24} mean {:7.2f} um {:8.5f} deg   max {:7.2f} um {:8.5f} deg\n", where,
+                     kUmPerMm * u.mean_mm, deg_from_rad(u.mean_rad), kUmPerMm * u.max_mm,
+                     deg_from_rad(u.max_rad));
+}
+
+Json uncertainty_json(const PoseUncertainty& u) {
+  return {{"mean_mm", u.mean_mm},
+          {"max_mm", u.max_mm},
+          {"mean_deg", deg_from_rad(u.mean_rad)},
+          {"max_deg", deg_from_rad(u.max_rad)}};
+}
+
+}  // namespace
+
+TrackerSigma DesignOptions::sigma() const { return {sigma_xy_mm, rad_from_deg(sigma_phi_deg)}; }
+
+void design_options(CLI::App& c, DesignOptions& o) {
+  c.add_option("--sigma-xy", o.sigma_xy_mm, "of one tracker reading, mm")->capture_default_str();
+  c.add_option("--sigma-phi", o.sigma_phi_deg, "of one tracker reading, deg")
+      ->capture_default_str();
+  c.add_option("--effects", o.effects, "to identify beside the geometry, with commas")
+      ->delimiter(',');
+}
+
+PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignOptions& options) {
+  const DesignModel model = design_model(mechanism, options.sigma(), options.effects);
+  const Eigen::MatrixXd J = design_jacobian(model, expected_conditions(plan, mechanism));
+  PlanDesign design{.known = identifiability(model, J), .words = {}, .level = {}, .turned = {}};
+  design.words = in_words(design.known, scaled_parameters(model));
+  design.level = predicted_uncertainty(model, J, comparison_poses(std::vector{0.0}));
+  design.turned =
+      predicted_uncertainty(model, J, comparison_poses(std::vector{-kTurnRad, 0.0, kTurnRad}));
+  return design;
+}
+
+std::string design_text(const PlanDesign& d) {
+  std::string text;
+  for (const std::string& sentence : d.words) text += sentence + "\n";
+  const Observability& o = d.known.observability;
+  text += fmt::format(
+      "observability of what is identified: O1 {:.4g}  O2 {:.4g}  O3 {:.4g}  O4 "
+      "{:.4g}  O5 {:.4g}\n",
+      o.O1, o.O2, o.O3, o.O4, o.O5);
+  text += "predicted standard deviation of the pose after the fit, over +-100 mm:\n";
+  return text + uncertainty_line("at phi = 0", d.level) +
+         uncertainty_line("at phi = -5, 0, 5 deg", d.turned);
+}
+
+Json design_json(const PlanDesign& d) {
+  const Observability& o = d.known.observability;
+  Json missing = Json::array();
+  for (const NullDirection& direction : d.known.null_space) missing.push_back(direction.sentence);
+  return {{"rank", d.known.rank},
+          {"parameters", d.known.singular.size()},
+          {"not_identified", missing},
+          {"observability", {{"O1", o.O1}, {"O2", o.O2}, {"O3", o.O3}, {"O4", o.O4}, {"O5", o.O5}}},
+          {"predicted_sd",
+           {{"level", uncertainty_json(d.level)}, {"turned", uncertainty_json(d.turned)}}}};
+}
+
+std::string beside_paper_80(const Plan& plan, const Mechanism& mechanism,
+                            const DesignOptions& options) {
+  const PlanDesign ours = design_of(plan, mechanism, options);
+  const PlanDesign paper = design_of(named_plan("paper-80"), mechanism, options);
+  return "predicted standard deviation of the pose after the fit, over +-100 mm and -5, 0, 5 "
+         "deg:\n" +
+         uncertainty_line(fmt::format("{}, {} points", plan.name, plan.points.size()),
+                          ours.turned) +
+         uncertainty_line("paper-80, 80 points", paper.turned) + "the same at phi = 0 alone:\n" +
+         uncertainty_line(fmt::format("{}, {} points", plan.name, plan.points.size()), ours.level) +
+         uncertainty_line("paper-80, 80 points", paper.level);
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,38 @@
+#pragma once
+// What a plan will tell before it is measured: options, text and JSON of `plan check
+// --identifiability`, and the choice of points of `plan create optimal`.
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/calibrate/optimal_plan.hpp"
+
+namespace trammel::cli {
+
+struct DesignOptions {
+  double sigma_xy_mm = 0.010;
+  double sigma_phi_deg = 0.004;
+  std::vector<std::string> effects;
+
+  [[nodiscard]] TrackerSigma sigma() const;
+};
+void design_options(CLI::App& command, DesignOptions& options);
+
+/// A plan's rank, null space in words, observability indices and predicted uncertainty.
+struct PlanDesign {
+  Identifiability known;
+  std::vector<std::string> words;
+  PoseUncertainty level;   // over the square at phi = 0
+  PoseUncertainty turned;  // and at -5, 0, 5 deg
+};
+PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignOptions& options);
+std::string design_text(const PlanDesign& design);
+nlohmann::ordered_json design_json(const PlanDesign& design);
+
+/// "predicted … paper-80 …": a plan beside the paper's, both in mean and max standard deviation.
+std::string beside_paper_80(const Plan& plan, const Mechanism& mechanism,
+                            const DesignOptions& options);
+
+}  // namespace trammel::cli

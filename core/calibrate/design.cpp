@@ -1,0 +1,140 @@
+#include "core/calibrate/design.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/plan/grids.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kComparisonHalfWidthMm = 100, kComparisonStepMm = 25;
+constexpr double kComparisonApproachMm = 5;
+
+[[noreturn]] void out_of_reach(const std::string& point) {
+  throw InputError({.what = "a target is out of the nominal robot's reach",
+                    .where = {.point = point},
+                    .hint = "see `trammel plan check`"});
+}
+
+}  // namespace
+
+DesignModel design_model(const Mechanism& mechanism, const TrackerSigma& sigma,
+                         const std::vector<std::string>& effects) {
+  if (!(std::isfinite(sigma.xy_mm) && sigma.xy_mm > 0 && std::isfinite(sigma.phi_rad) &&
+        sigma.phi_rad > 0)) {
+    throw InputError({.what = "the readings cannot be weighted",
+                      .where = {.field = "sigma"},
+                      .expected = "positive standard deviations of position and attitude"});
+  }
+  DesignModel design{nominal_model(mechanism), base_parameters({}), sigma};
+  for (const std::string& name : effects) {
+    const Effect& effect = find_effect(name);
+    const auto n = static_cast<int>(effect.parameters.size());
+    const auto owner = static_cast<int>(design.model.effects.size());
+    design.model.effects.push_back({&effect, Eigen::VectorXd::Zero(n)});
+    for (int k = 0; k < n; ++k) {
+      const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
+      design.parameters.push_back(
+          {FreeParameter::Kind::effect, owner, k, p.usual_max, effect.name + " " + p.name, p.unit});
+    }
+  }
+  return design;
+}
+
+std::vector<Conditions> expected_conditions(const Plan& plan, const Mechanism& mechanism) {
+  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  if (!home.ok()) out_of_reach("home");
+  Displacements at = home.l_mm, from = home.l_mm;
+  std::vector<Conditions> all;
+  for (const PlannedPoint& point : plan.points) {
+    const InverseResult target = inverse(mechanism.geometry, point.target);
+    if (!target.ok()) out_of_reach("point " + std::to_string(point.seq));
+    const PlannedMove move = planned_move(plan, point, target.l_mm, at, from);
+    Conditions c;
+    c.cmd_mm = at = target.l_mm;
+    c.from_mm = from = move.from_mm;
+    all.push_back(c);
+  }
+  return all;
+}
+
+Conditions conditions_at(const Mechanism& mechanism, const Pose& pose, const Approach& approach,
+                         double approach_mm) {
+  const InverseResult at = inverse(mechanism.geometry, pose);
+  if (!at.ok()) {
+    out_of_reach("(" + std::to_string(pose.x_mm) + ", " + std::to_string(pose.y_mm) + ")");
+  }
+  Conditions c;
+  c.cmd_mm = c.from_mm = at.l_mm;
+  for (int i = 0; i < kChains; ++i) {
+    c.from_mm[i] -= approach_mm * approach[static_cast<std::size_t>(i)];
+  }
+  return c;
+}
+
+Eigen::MatrixXd design_jacobian(const DesignModel& design, std::span<const Conditions> readings) {
+  const Eigen::Vector3d weight(1 / design.sigma.xy_mm, 1 / design.sigma.xy_mm,
+                               1 / design.sigma.phi_rad);
+  Eigen::MatrixXd J(static_cast<Eigen::Index>(3 * readings.size()),
+                    static_cast<Eigen::Index>(design.parameters.size()));
+  Eigen::Index row = 0;
+  for (const Conditions& conditions : readings) {
+    const Prediction at = predict(design.model, conditions);
+    TRAMMEL_ASSERT(at.ok());  // commands of the nominal robot at poses it reaches
+    J.middleRows<3>(row) =
+        weight.asDiagonal() * derivative(design.model, design.parameters, conditions, at);
+    row += 3;
+  }
+  return J;
+}
+
+std::vector<ScaledParameter> scaled_parameters(const DesignModel& design) {
+  std::vector<ScaledParameter> scaled;
+  for (const FreeParameter& p : design.parameters) {
+    const bool effect = p.kind == FreeParameter::Kind::effect;
+    scaled.push_back({p.name, !effect && p.unit == "deg", p.scale, effect ? p.unit : ""});
+  }
+  return scaled;
+}
+
+Identifiability identifiability(const DesignModel& design, const Eigen::MatrixXd& jacobian) {
+  return identifiability(jacobian, scaled_parameters(design));
+}
+
+PoseUncertainty predicted_uncertainty(const DesignModel& design, const Eigen::MatrixXd& jacobian,
+                                      std::span<const Pose> where) {
+  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+  information.diagonal().array() += 1;
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  PoseUncertainty u;
+  for (const Pose& pose : where) {
+    const Conditions c =
+        conditions_at(design.model.mechanism, pose, {1, 1, 1}, kComparisonApproachMm);
+    const Prediction at = predict(design.model, c);
+    TRAMMEL_ASSERT(at.ok());
+    const Eigen::MatrixXd half =
+        factor.matrixL().solve(derivative(design.model, design.parameters, c, at).transpose());
+    const double mm = std::sqrt(half.leftCols<2>().squaredNorm()), rad = half.col(2).norm();
+    u.mean_mm += mm / static_cast<double>(where.size());
+    u.mean_rad += rad / static_cast<double>(where.size());
+    u.max_mm = std::max(u.max_mm, mm);
+    u.max_rad = std::max(u.max_rad, rad);
+  }
+  return u;
+}
+
+std::vector<Pose> comparison_poses(std::span<const double> orientations_rad) {
+  std::vector<Pose> all;
+  for (const double phi_rad : orientations_rad) {
+    for (Pose pose : lattice(kComparisonHalfWidthMm, kComparisonStepMm)) {
+      pose.phi_rad = phi_rad;
+      all.push_back(pose);
+    }
+  }
+  return all;
+}
+
+}  // namespace trammel

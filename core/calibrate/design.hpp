@@ -1,0 +1,62 @@
+#pragma once
+// What readings that nobody has taken yet would tell: a plan seen as a design of an experiment.
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/calibrate/identifiability.hpp"
+#include "core/calibrate/parameters.hpp"
+#include "core/plan/plan.hpp"
+
+namespace trammel {
+
+/// What is to be identified: the complete base of one epoch, and named effects, at the nominal
+/// robot.
+struct DesignModel {
+  RobotModel model;
+  std::vector<FreeParameter> parameters;
+  TrackerSigma sigma;
+};
+
+/// Throws InputError for sigmas that are not positive, NotFoundError for an unknown effect.
+DesignModel design_model(const Mechanism& mechanism, const TrackerSigma& sigma,
+                         const std::vector<std::string>& effects = {});
+
+/// Conditions of each reading a plan would bring: the nominal commands, and where each last move
+/// began (the stage starts at home). Throws InputError naming a point out of reach.
+std::vector<Conditions> expected_conditions(const Plan& plan, const Mechanism& mechanism);
+
+/// Conditions of a pose, reached by moves of `approach_mm` in the direction `approach`.
+Conditions conditions_at(const Mechanism& mechanism, const Pose& pose, const Approach& approach,
+                         double approach_mm);
+
+/// d reading / d z over the tracker's sigma (z in tolerances), shape (3 readings, parameters). An
+/// effect that needs a temperature or a time says nothing here: plans do not set them.
+Eigen::MatrixXd design_jacobian(const DesignModel& design, std::span<const Conditions> readings);
+
+/// The parameters as identifiability() and in_words() take them.
+std::vector<ScaledParameter> scaled_parameters(const DesignModel& design);
+Identifiability identifiability(const DesignModel& design, const Eigen::MatrixXd& jacobian);
+
+/// Standard deviation of the predicted pose over a set of places, after the fit.
+struct PoseUncertainty {
+  double mean_mm = 0;  // of sqrt(var x + var y)
+  double max_mm = 0;
+  double mean_rad = 0;
+  double max_rad = 0;
+};
+
+/// u^2(X*) = J* (I + J' J)^-1 J*': tolerances are the prior, so that what the readings do not tell
+/// is known as well as the machining and no worse (GUM; J of design_jacobian). Every place is
+/// reached in the + direction of all rails. Proof: the scatter of simulated fits
+/// (optimal_plan_test.cpp).
+PoseUncertainty predicted_uncertainty(const DesignModel& design, const Eigen::MatrixXd& jacobian,
+                                      std::span<const Pose> where);
+
+/// Poses of the paper's square, +-100 mm every 25 mm, at these orientations: where plans are
+/// compared.
+std::vector<Pose> comparison_poses(std::span<const double> orientations_rad);
+
+}  // namespace trammel

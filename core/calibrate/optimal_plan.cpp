@@ -1,0 +1,232 @@
+#include "core/calibrate/optimal_plan.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "core/calibrate/geometry_fit.hpp"
+#include "core/error.hpp"
+#include "core/plan/grids.hpp"
+#include "core/random.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr int kMaxPasses = 30;
+constexpr int kMaxPoints = 2000;
+constexpr std::size_t kShortList = 16;   // candidates whose eigenvalues E works out
+constexpr double kWorthExchange = 1e-9;  // of the criterion: less is rounding
+
+struct Candidate {
+  Pose pose;
+  Approach approach = {};
+};
+
+bool needs_direction(const DesignModel& design) {
+  for (const ActiveEffect& active : design.model.effects) {
+    const auto& needs = active.effect->needs;
+    if (std::find(needs.begin(), needs.end(), Need::direction) != needs.end()) return true;
+  }
+  return false;
+}
+
+std::vector<Approach> approaches(bool directed) {
+  if (!directed) return {{0, 0, 0}};
+  std::vector<Approach> all;
+  for (int k = 0; k < 8; ++k) all.push_back({k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1});
+  return all;
+}
+
+std::vector<Candidate> safe_candidates(const Mechanism& mechanism, const OptimalRequest& request,
+                                       bool directed) {
+  std::vector<Candidate> all;
+  for (const double phi_rad : request.orientations_rad) {
+    for (Pose pose : lattice(request.half_width_mm, request.step_mm)) {
+      pose.phi_rad = phi_rad;
+      for (const Approach& approach : approaches(directed)) {
+        const Plan one{"", request.approach_mm, {{.seq = 1, .target = pose, .approach = approach}}};
+        if (check(one, mechanism, request.check).empty()) all.push_back({pose, approach});
+      }
+    }
+  }
+  if (all.empty()) {
+    throw InputError({.what = "no candidate of the plan can be measured safely",
+                      .expected = "poses within reach, limits and away from singularities",
+                      .hint = "a smaller --half-width, or other --orientations"});
+  }
+  return all;
+}
+
+/// The design while it is being improved; H has three rows per candidate, in the directions that
+/// all candidates together identify.
+class Exchange {
+ public:
+  Exchange(Eigen::MatrixXd H, Criterion criterion, std::vector<Eigen::Index> chosen)
+      : H_(std::move(H)), criterion_(criterion), chosen_(std::move(chosen)) {
+    M_.setIdentity(H_.cols(), H_.cols());
+    for (const Eigen::Index c : chosen_) add(c, 1);
+  }
+
+  [[nodiscard]] double value() const {
+    if (criterion_ == Criterion::E) return lambda_min(M_);
+    const Eigen::LLT<Eigen::MatrixXd> factor(M_);
+    if (criterion_ == Criterion::D) {
+      return 2 * factor.matrixLLT().diagonal().array().log().sum();
+    }
+    return factor.solve(Eigen::MatrixXd::Identity(M_.rows(), M_.cols())).trace();
+  }
+
+  /// Every point in turn; true when one was exchanged.
+  bool pass() {
+    bool changed = false;
+    for (Eigen::Index& at : chosen_) {
+      add(at, -1);
+      const Eigen::VectorXd gains = criterion_ == Criterion::E ? gains_E(at) : gains_DA();
+      Eigen::Index best = 0;
+      gains.maxCoeff(&best);
+      if (gains[best] > gains[at] + kWorthExchange * std::abs(gains[at])) {
+        at = best;
+        changed = true;
+      }
+      add(at, 1);
+    }
+    return changed;
+  }
+
+  [[nodiscard]] const std::vector<Eigen::Index>& chosen() const { return chosen_; }
+
+ private:
+  static double lambda_min(const Eigen::MatrixXd& M) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(M, Eigen::EigenvaluesOnly)
+        .eigenvalues()[0];
+  }
+
+  void add(Eigen::Index candidate, double sign) {
+    const auto h = H_.middleRows<3>(3 * candidate);
+    M_.noalias() += sign * h.transpose() * h;
+  }
+
+  /// D: log det(I + h P h'); A: tr((I + h P h')^-1 h P P h'), P = M^-1 (matrix determinant lemma,
+  /// Woodbury).
+  [[nodiscard]] Eigen::VectorXd gains_DA() const {
+    const Eigen::MatrixXd P = M_.llt().solve(Eigen::MatrixXd::Identity(M_.rows(), M_.cols()));
+    const Eigen::MatrixXd HP = H_ * P;
+    Eigen::VectorXd gains(H_.rows() / 3);
+    for (Eigen::Index c = 0; c < gains.size(); ++c) {
+      const auto hP = HP.middleRows<3>(3 * c);
+      const Eigen::Matrix3d small =
+          Eigen::Matrix3d::Identity() + hP * H_.middleRows<3>(3 * c).transpose();
+      gains[c] = criterion_ == Criterion::D ? std::log(small.determinant())
+                                            : (small.inverse() * (hP * hP.transpose())).trace();
+    }
+    return gains;
+  }
+
+  /// lambda_min with each candidate of the short list, and with the one that was there; the others
+  /// get nothing.
+  [[nodiscard]] Eigen::VectorXd gains_E(Eigen::Index was) const {
+    const Eigen::VectorXd weakest =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(M_).eigenvectors().col(0);
+    const Eigen::VectorXd stretched = H_ * weakest;
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(H_.rows() / 3));
+    std::iota(order.begin(), order.end(), Eigen::Index{0});
+    const auto more = [&](Eigen::Index a, Eigen::Index b) {
+      const double sa = stretched.segment<3>(3 * a).squaredNorm();
+      const double sb = stretched.segment<3>(3 * b).squaredNorm();
+      return sa > sb || (sa == sb && a < b);
+    };
+    const std::size_t n = std::min(kShortList, order.size());
+    std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(n), order.end(),
+                      more);
+    order.resize(n);
+    order.push_back(was);
+    Eigen::VectorXd gains = Eigen::VectorXd::Zero(H_.rows() / 3);
+    for (const Eigen::Index c : order) {
+      const auto h = H_.middleRows<3>(3 * c);
+      gains[c] = lambda_min(M_ + h.transpose() * h);
+    }
+    return gains;
+  }
+
+  Eigen::MatrixXd H_;
+  Criterion criterion_;
+  std::vector<Eigen::Index> chosen_;
+  Eigen::MatrixXd M_;
+};
+
+/// The chosen candidates as a plan: nearest next, the same pose and direction again is a repeat.
+Plan as_plan(const OptimalRequest& request, const std::vector<Candidate>& candidates,
+             std::vector<Eigen::Index> left) {
+  Plan plan{request.name, request.approach_mm, {}};
+  std::map<Eigen::Index, int> visits;
+  Pose at;
+  while (!left.empty()) {
+    const auto far = [&](Eigen::Index c) {
+      const Pose& p = candidates[static_cast<std::size_t>(c)].pose;
+      return std::hypot(p.x_mm - at.x_mm, p.y_mm - at.y_mm);
+    };
+    const auto next =
+        std::min_element(left.begin(), left.end(), [&](Eigen::Index a, Eigen::Index b) {
+          return far(a) < far(b) || (far(a) == far(b) && a < b);
+        });
+    const Candidate& c = candidates[static_cast<std::size_t>(*next)];
+    plan.points.push_back({.seq = static_cast<int>(plan.points.size()) + 1,
+                           .target = c.pose,
+                           .set = request.set,
+                           .approach = c.approach,
+                           .repeat = ++visits[*next]});
+    at = c.pose;
+    left.erase(next);
+  }
+  validate(plan);
+  return plan;
+}
+
+void require_sensible(const OptimalRequest& request) {
+  if (request.points >= 2 && request.points <= kMaxPoints && !request.orientations_rad.empty()) {
+    return;
+  }
+  throw InputError(
+      {.what = "the plan cannot be chosen",
+       .where = {.field = "points"},
+       .got = std::to_string(request.points) + " points, " +
+              std::to_string(request.orientations_rad.size()) + " orientations",
+       .expected = "2 to " + std::to_string(kMaxPoints) + " points, at least one orientation"});
+}
+
+}  // namespace
+
+OptimalPlan optimal_plan(const Mechanism& mechanism, const OptimalRequest& request) {
+  require_sensible(request);
+  const DesignModel design = design_model(mechanism, request.sigma, request.effects);
+  const auto candidates = safe_candidates(mechanism, request, needs_direction(design));
+  std::vector<Conditions> conditions;
+  for (const Candidate& c : candidates) {
+    conditions.push_back(conditions_at(mechanism, c.pose, c.approach, request.approach_mm));
+  }
+  const Eigen::MatrixXd J = design_jacobian(design, conditions);
+  Random random = Random::stream(request.seed, "optimal plan");
+  std::vector<Eigen::Index> start;
+  for (int k = 0; k < request.points; ++k) {
+    start.push_back(static_cast<Eigen::Index>(random.below(candidates.size())));
+  }
+  Exchange exchange(J * identifiable(J).directions, request.criterion, start);
+  OptimalPlan result;
+  result.candidates = static_cast<int>(candidates.size());
+  result.at_start = exchange.value();
+  while (result.passes < kMaxPasses) {
+    ++result.passes;
+    if (!exchange.pass()) break;
+  }
+  result.at_end = exchange.value();
+  result.plan = as_plan(request, candidates, exchange.chosen());
+  result.jacobian = design_jacobian(design, expected_conditions(result.plan, mechanism));
+  return result;
+}
+
+}  // namespace trammel
