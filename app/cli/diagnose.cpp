@@ -6,9 +6,9 @@
 #include "app/exchange/files.hpp"
 #include "app/job/diagnosis_text.hpp"
 #include "app/job/model_chain.hpp"
+#include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/session/plan_json.hpp"
-#include "core/units.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -39,28 +39,12 @@ Json of_stored(const Options& options, Context& context) {
     context.say(fmt::format(
         "reused: job {} has the same readings, parameters and version (--force computes it again)",
         outcome.job.id));
-  } else {
-    job::store_model_chain(db, outcome.job);
   }
+  job::store_model_chain(db, outcome.job);
   Json details = Json::parse(outcome.job.data.result_json)["details"];
   details["job"] = outcome.job.id;
   details["job_key"] = outcome.job.data.key.key;
   return details;
-}
-
-/// The suggested points as a plan that `session run` measures.
-Plan plan_of(const Json& points) {
-  Plan plan;
-  plan.name = "next-points";
-  for (const Json& p : points) {
-    PlannedPoint point;
-    point.seq = static_cast<int>(plan.points.size()) + 1;
-    point.target = {p["x_mm"], p["y_mm"], rad_from_deg(p["phi_deg"])};
-    point.approach = p["approach"].get<Approach>();
-    point.group = p["why"];
-    plan.points.push_back(point);
-  }
-  return plan;
 }
 
 void write_plan(const Options& options, const Json& details, Context& context) {
@@ -70,7 +54,7 @@ void write_plan(const Options& options, const Json& details, Context& context) {
     return;
   }
   write_file_atomically(options.plan,
-                        session::plan_json(plan_of(details["next_points"])).dump(2) + "\n");
+                        session::plan_json(job::next_points_plan(details)).dump(2) + "\n");
   context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
 }
 
@@ -118,6 +102,9 @@ void setup_diagnose(CLI::App& app, Context& context) {
   command.add_option_function<int>(
       "--replicates", [options](const int& v) { options->given["replicates"] = v; },
       "of the bootstrap (2000)");
+  command.add_flag_callback(
+      "--shared-epochs", [options] { options->given["epochs"] = "shared"; },
+      "no joint zeros and frame offset of their own for later epochs");
   command.add_flag("--force", options->request.force, "compute again and store another run");
   on_run(command, context, options, run_diagnose);
 }

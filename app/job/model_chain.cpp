@@ -66,6 +66,9 @@ Json model_chain_json(const Diagnosis& d) {
 void store_model_chain(store::Connection& connection, const store::Job& job) {
   const Json chain = Json::parse(job.data.result_json)["details"]["models"];
   store::Transaction transaction(connection);
+  for (const store::Model& known : store::list_models(connection, job.data.campaign_id)) {
+    if (known.data.job_id == job.id) return;
+  }
   std::optional<int> parent;
   for (const Json& step : chain) {
     const Json parameters = {
