@@ -6,9 +6,9 @@
 #include "app/exchange/files.hpp"
 #include "app/job/diagnosis_text.hpp"
 #include "app/job/model_chain.hpp"
+#include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/session/plan_json.hpp"
-#include "core/units.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -48,21 +48,6 @@ Json of_stored(const Options& options, Context& context) {
   return details;
 }
 
-/// The suggested points as a plan that `session run` measures.
-Plan plan_of(const Json& points) {
-  Plan plan;
-  plan.name = "next-points";
-  for (const Json& p : points) {
-    PlannedPoint point;
-    point.seq = static_cast<int>(plan.points.size()) + 1;
-    point.target = {p["x_mm"], p["y_mm"], rad_from_deg(p["phi_deg"])};
-    point.approach = p["approach"].get<Approach>();
-    point.group = p["why"];
-    plan.points.push_back(point);
-  }
-  return plan;
-}
-
 void write_plan(const Options& options, const Json& details, Context& context) {
   if (options.plan.empty() || options.request.dry_run) return;
   if (details["next_points"].empty()) {
@@ -70,7 +55,7 @@ void write_plan(const Options& options, const Json& details, Context& context) {
     return;
   }
   write_file_atomically(options.plan,
-                        session::plan_json(plan_of(details["next_points"])).dump(2) + "\n");
+                        session::plan_json(job::next_points_plan(details)).dump(2) + "\n");
   context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
 }
 
@@ -120,6 +105,9 @@ void setup_diagnose(CLI::App& app, Context& context) {
   command.add_option_function<int>(
       "--replicates", [options](const int& v) { options->given["replicates"] = v; },
       "of the bootstrap (2000)");
+  command.add_flag_callback(
+      "--shared-epochs", [options] { options->given["epochs"] = "shared"; },
+      "no joint zeros and frame offset of their own for later epochs");
   command.add_flag("--force", options->request.force, "compute again and store another run");
   command.add_flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
   on_run(command, context, options, run_diagnose);

@@ -38,7 +38,7 @@ protocol::Outcome execute(const protocol::Protocol& protocol, const Context& con
   std::size_t n = 0;
   return protocol::run(
       connection, protocol, surroundings_of(context), [&](const protocol::StepOutcome& step) {
-        context.say(fmt::format("{:>2}/{}  {:<16} {}{}", ++n, protocol.steps.size(),
+        context.say(fmt::format("{:>2}/{}  {:<17} {}{}", ++n, protocol.steps.size(),
                                 printable(step.name), printable(step.detail),
                                 step.done_before ? "  (done before)" : ""));
       });
@@ -55,6 +55,7 @@ Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
     steps.push_back({{"name", step.name},
                      {"kind", step.kind},
                      {"done_before", step.done_before},
+                     {"skipped", step.skipped},
                      {"detail", step.detail},
                      {"exit_code", static_cast<int>(step.code)}});
   }

@@ -12,7 +12,8 @@ namespace trammel::job {
 Json model_chain_json(const Diagnosis& diagnosis);
 
 /// Stores the chain that a diagnose job found as the campaign's next model versions, each the child
-/// of the one before; nothing when it is stored already.
+/// of the one before. A job whose chain is stored already is left alone: a process may have died
+/// between the two.
 void store_model_chain(store::Connection& connection, const store::Job& job);
 
 }  // namespace trammel::job

@@ -15,6 +15,7 @@ Json complete(const Json& given) {
   Json all = {{"seed", f.integer("seed", 1)},
               {"replicates", f.integer("replicates", defaults.replicates)},
               {"false_alarm", f.number("false_alarm", defaults.false_alarm)},
+              {"epochs", f.choice("epochs", {"own", "shared"}, "own")},
               {"inadequate", f.number("inadequate", defaults.inadequate)}};
   f.done();
   const auto replicates = all["replicates"].get<long long>();
@@ -29,7 +30,14 @@ Json complete(const Json& given) {
   return all;
 }
 
-StageResult run(const Campaign& campaign, const Json& p) {
+/// All readings as of one homing and frame set-up: for a stage that homes exactly.
+Campaign in_one_epoch(Campaign campaign) {
+  for (Reading& reading : campaign.readings) reading.conditions.epoch = 1;
+  return campaign;
+}
+
+StageResult run(const Campaign& measured, const Json& p) {
+  const Campaign campaign = p["epochs"] == "shared" ? in_one_epoch(measured) : measured;
   const Diagnosis d = diagnose(campaign, {.false_alarm = p["false_alarm"].get<double>(),
                                           .inadequate = p["inadequate"].get<double>(),
                                           .seed = p["seed"].get<std::uint64_t>(),

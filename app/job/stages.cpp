@@ -5,8 +5,9 @@
 namespace trammel::job {
 
 std::span<const Stage> stages() {
-  static const std::vector<Stage> all = {lsq_stage(), geometry_stage(), idw_stage(),     rbf_stage(),
-                                         gp_stage(),  hybrid_stage(),   contest_stage(), diagnose_stage()};
+  static const std::vector<Stage> all = {lsq_stage(),     geometry_stage(), idw_stage(),
+                                         rbf_stage(),     gp_stage(),       hybrid_stage(),
+                                         contest_stage(), diagnose_stage()};
   return all;
 }
 

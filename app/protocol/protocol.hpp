@@ -8,15 +8,17 @@
 #include <variant>
 #include <vector>
 
-#include "core/measure/reading.hpp"
+#include "core/plan/plan.hpp"
 
 namespace trammel::protocol {
 
 /// A session: a plan walked through, baseline or under the correction of an earlier step.
 struct MeasureStep {
-  std::string plan;  // "paper-80", "paper-48", "circles"
+  std::string plan;                 // "paper-80", "paper-48", "circles"
+  std::string next_points_of = {};  // in place of a plan: the points this diagnose step suggests
+  Approach approach = {0, 0, 0};    // of every point
   ReadingSet set = ReadingSet::identify;
-  std::optional<std::string> compensate = {};  // name of a calibrate step
+  std::optional<std::string> compensate = {};  // name of a calibrate or diagnose step
 };
 
 /// A job on what earlier steps measured.
@@ -26,10 +28,17 @@ struct CalibrateStep {
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();  // that differ from default
 };
 
+/// The discrepancy workflow on what earlier steps measured. Sessions of suggested points that were
+/// skipped are left out.
+struct DiagnoseStep {
+  std::vector<std::string> sessions;  // names of measure steps; their validate readings only judge
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+};
+
 /// Its name is the name of the session, or finds the job: by it a resume knows what is done.
 struct Step {
   std::string name;
-  std::variant<MeasureStep, CalibrateStep> what;
+  std::variant<MeasureStep, CalibrateStep, DiagnoseStep> what;
 };
 
 struct Protocol {

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
+#include "app/job/model_chain.hpp"
+#include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
-#include "core/plan/build.hpp"
+#include "core/plan/named.hpp"
 
 namespace trammel::protocol {
 
@@ -17,14 +20,31 @@ struct Run {
   store::Connection& connection;
   const Protocol& protocol;
   session::Surroundings surroundings;
-  std::map<std::string, store::Id> jobs;  // by step
+  std::map<std::string, store::Id> jobs = {};    // by step
+  std::map<std::string, Plan> next_points = {};  // by diagnose step
+  std::set<std::string> skipped = {};            // measure steps
 };
+
+Plan plan_of(const Run& run, const MeasureStep& step) {
+  if (!step.next_points_of.empty()) return run.next_points.at(step.next_points_of);
+  PlanRequest request{.name = step.plan, .groups = named_groups(step.plan)};
+  request.set = step.set;
+  request.approaches = {step.approach};
+  return build_plan(request);
+}
 
 StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step) {
   session::Request request;
   request.campaign = run.protocol.name;
   request.session = name;
-  request.plan = named_plan(step.plan, step.set);
+  request.plan = plan_of(run, step);
+  if (request.plan.points.empty()) {
+    run.skipped.insert(name);
+    return {.name = name,
+            .kind = "measure",
+            .skipped = true,
+            .detail = fmt::format("skipped: {} suggests no points", step.next_points_of)};
+  }
   request.stage =
       "sim:" + std::filesystem::absolute(run.protocol.robot).lexically_normal().string();
   if (step.compensate) request.compensation_job = run.jobs.at(*step.compensate);
@@ -40,16 +60,41 @@ StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step)
           .code = outcome.exit_code()};
 }
 
-StepOutcome run_step(Run& run, const std::string& name, const CalibrateStep& step) {
-  const job::Outcome outcome = job::run(run.connection, {.campaign = run.protocol.name,
-                                                         .stage = step.method,
-                                                         .parameters = step.parameters,
-                                                         .sessions = step.sessions});
+/// The job of a step on those of its sessions that were measured.
+job::Outcome run_job(Run& run, const std::string& name, const std::string& stage,
+                     const std::vector<std::string>& sessions, const job::Json& parameters) {
+  job::Request request{
+      .campaign = run.protocol.name, .stage = stage, .parameters = parameters, .sessions = {}};
+  for (const std::string& session : sessions) {
+    if (!run.skipped.contains(session)) request.sessions.push_back(session);
+  }
+  job::Outcome outcome = job::run(run.connection, request);
   run.jobs[name] = outcome.job.id;
+  return outcome;
+}
+
+StepOutcome run_step(Run& run, const std::string& name, const CalibrateStep& step) {
+  const job::Outcome outcome = run_job(run, name, step.method, step.sessions, step.parameters);
   return {.name = name,
           .kind = "calibrate",
           .done_before = outcome.reused,
           .detail = fmt::format("{}, job {}", step.method, outcome.job.id)};
+}
+
+StepOutcome run_step(Run& run, const std::string& name, const DiagnoseStep& step) {
+  const job::Outcome outcome = run_job(run, name, "diagnose", step.sessions, step.parameters);
+  job::store_model_chain(run.connection, outcome.job);
+  const job::Json details = job::Json::parse(outcome.job.data.result_json)["details"];
+  run.next_points[name] = job::next_points_plan(details);
+  std::string named;
+  for (const job::Json& effect : details["effects"]) {
+    named += (named.empty() ? ": " : " + ") + effect["name"].get<std::string>();
+  }
+  return {.name = name,
+          .kind = "diagnose",
+          .done_before = outcome.reused,
+          .detail = fmt::format("{}{}, job {}", details["verdict"].get<std::string>(), named,
+                                outcome.job.id)};
 }
 
 bool is_done(const std::optional<store::SessionRow>& session) {
@@ -66,31 +111,60 @@ std::optional<store::SessionRow> stored_session(store::Connection* connection,
 StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
                     const std::string& name, const MeasureStep& step) {
   const auto session = stored_session(connection, protocol, name);
-  const std::size_t n = named_plan(step.plan, step.set).points.size();
-  return {.name = name,
-          .kind = "measure",
-          .done_before = is_done(session),
-          .detail = fmt::format("{} of {} points to measure",
-                                n - static_cast<std::size_t>(session ? session->n_ok : 0), n)};
+  StepOutcome outcome{.name = name, .kind = "measure", .done_before = is_done(session)};
+  if (session) {
+    outcome.detail = fmt::format("{} of {} points to measure", session->n_points - session->n_ok,
+                                 session->n_points);
+  } else if (step.next_points_of.empty()) {
+    const std::size_t n = named_plan(step.plan, step.set).points.size();
+    outcome.detail = fmt::format("{} of {} points to measure", n, n);
+  } else {
+    outcome.detail = fmt::format("the points that {} suggests", step.next_points_of);
+  }
+  return outcome;
+}
+
+/// A step that computes: its job is known once all its sessions are measured.
+StepOutcome look_at_job(store::Connection* connection, const Protocol& protocol, StepOutcome outcome,
+                        const job::Request& request) {
+  const bool measured = std::all_of(
+      request.sessions.begin(), request.sessions.end(), [&](const std::string& session) {
+        return is_done(stored_session(connection, protocol, session));
+      });
+  outcome.detail = request.stage + " to compute";
+  if (!measured) return outcome;
+  if (const auto job = store::find_job(*connection, job::key_of(*connection, request).key)) {
+    outcome.done_before = true;
+    outcome.detail = fmt::format("{}, job {}", request.stage, job->id);
+  }
+  return outcome;
 }
 
 StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
                     const std::string& name, const CalibrateStep& step) {
-  const bool measured =
-      std::all_of(step.sessions.begin(), step.sessions.end(), [&](const std::string& session) {
-        return is_done(stored_session(connection, protocol, session));
-      });
-  StepOutcome outcome{.name = name, .kind = "calibrate", .detail = step.method + " to compute"};
-  if (!measured) return outcome;
-  const store::JobKey key = job::key_of(*connection, {.campaign = protocol.name,
-                                                      .stage = step.method,
-                                                      .parameters = step.parameters,
-                                                      .sessions = step.sessions});
-  if (const auto job = store::find_job(*connection, key.key)) {
-    outcome.done_before = true;
-    outcome.detail = fmt::format("{}, job {}", step.method, job->id);
+  return look_at_job(connection, protocol, {.name = name, .kind = "calibrate"},
+                     {.campaign = protocol.name,
+                      .stage = step.method,
+                      .parameters = step.parameters,
+                      .sessions = step.sessions});
+}
+
+StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
+                    const std::string& name, const DiagnoseStep& step) {
+  // sessions of suggested points that were skipped do not exist
+  std::vector<std::string> sessions;
+  for (const std::string& session : step.sessions) {
+    const auto planned = std::find_if(protocol.steps.begin(), protocol.steps.end(),
+                                      [&](const Step& s) { return s.name == session; });
+    const auto* measure = std::get_if<MeasureStep>(&planned->what);
+    const bool suggested = measure != nullptr && !measure->next_points_of.empty();
+    if (!suggested || stored_session(connection, protocol, session)) sessions.push_back(session);
   }
-  return outcome;
+  return look_at_job(connection, protocol, {.name = name, .kind = "diagnose"},
+                     {.campaign = protocol.name,
+                      .stage = "diagnose",
+                      .parameters = step.parameters,
+                      .sessions = sessions});
 }
 
 }  // namespace
@@ -106,30 +180,10 @@ std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& 
   return steps;
 }
 
-Plan named_plan(const std::string& name, ReadingSet set) {
-  PlanRequest request;
-  request.name = name;
-  request.set = set;
-  if (name == "paper-80") {
-    request.groups = {{.name = {}, .poses = paper_80()}};
-  } else if (name == "paper-48") {
-    request.groups = {{.name = {}, .poses = paper_48()}};
-  } else if (name == "circles") {
-    for (const Circle& c : paper_circles()) {
-      request.groups.push_back(
-          {.name = fmt::format("circle {}", request.groups.size() + 1), .poses = circle(c)});
-    }
-  } else {
-    throw InputError(
-        {.what = "unknown plan", .got = name, .expected = "paper-80, paper-48 or circles"});
-  }
-  return build_plan(request);
-}
-
 Outcome run(store::Connection& connection, const Protocol& protocol,
             const session::Surroundings& surroundings,
             const std::function<void(const StepOutcome&)>& tell) {
-  Run state{connection, protocol, surroundings, {}};
+  Run state{connection, protocol, surroundings};
   Outcome outcome;
   for (const Step& step : protocol.steps) {
     const auto execute = [&](const auto& what) { return run_step(state, step.name, what); };

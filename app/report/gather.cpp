@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/cli/context.hpp"
+#include "app/job/next_points_plan.hpp"
 #include "app/report/from_job.hpp"
 #include "app/report/measured.hpp"
 #include "core/assess/circle.hpp"
@@ -63,11 +64,24 @@ bool fitted(const store::Job& job, const Group& group) {
          std::find(sessions.begin(), sessions.end(), group.walk->session.id) != sessions.end();
 }
 
+std::string method_of(const store::Job& job) {
+  return job.data.stage == "diagnose" ? kModel : job.data.stage;
+}
+
+std::optional<Demand> demand_on(const ErrorTable& table, const std::optional<double>& floor_mm) {
+  if (table.method != kModel || table.figure != "position" || !floor_mm) return std::nullopt;
+  Demand demand;
+  const auto better = improvement_pct(table.before, table.after);
+  demand.reached = better && *better >= demand.improvement_pct &&
+                   table.after.mean <= demand.floor_ratio * *floor_mm;
+  return demand;
+}
+
 void add_tables(Report& report, const Group& group, const store::Job& job, const Paired& paired) {
   for (const bool position : {true, false}) {
     const Errors errors = errors_of(paired.pairs, position);
     ErrorTable table;
-    table.method = job.data.stage;
+    table.method = method_of(job);
     table.figure = position ? "position" : "attitude";
     table.unit = position ? "mm" : "deg";
     table.id = fmt::format("{}-{}-{}", table.method, paired.pairs.size(), table.figure);
@@ -81,6 +95,7 @@ void add_tables(Report& report, const Group& group, const store::Job& job, const
     table.before = summarise(errors.before);
     table.after = summarise(errors.after);
     table.paper = paper_figures(table.id);
+    table.demand = demand_on(table, report.floor_mean_mm);
     report.tables.push_back(std::move(table));
   }
 }
@@ -140,7 +155,7 @@ CircleDeviation deviation(const FittedCircle& seen, const FittedCircle& wanted) 
 double tidy_mm(double value_mm) { return std::round(value_mm * 1e6) / 1e6 + 0.0; }
 
 CircleTable circle_table(const store::Job& job, const Paired& paired) {
-  CircleTable table{.method = job.data.stage, .after_predicted = paired.predicted};
+  CircleTable table{.method = method_of(job), .after_predicted = paired.predicted};
   const Errors errors = errors_of(paired.pairs, true);
   table.before = summarise(errors.before);
   table.after = summarise(errors.after);
@@ -235,6 +250,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
                 .n_excluded = campaign.n_exclusions};
   add_noise(report, measured);
   for (const Group& group : baseline_groups(measured)) {
+    if (group.walk->session.plan_name == job::kNextPoints) continue;  // chosen to be hard
     if (group.circles) {
       add_circles(report, measured, group, methods);
       continue;
@@ -255,6 +271,9 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   }
   if (const auto rbf = jobs.find("rbf"); rbf != jobs.end())
     report.network = network_of(rbf->second);
+  if (const auto diagnosis = jobs.find("diagnose"); diagnosis != jobs.end()) {
+    report.story = story_of(connection, measured, diagnosis->second);
+  }
   add_origin(report, connection, campaign.id, measured);
   return report;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/report/story.hpp"
 #include "core/assess/summary.hpp"
 
 namespace trammel::report {
@@ -15,6 +16,16 @@ struct PaperFigures {
   std::string table = {};  // "IV"
   double before_mean = 0, before_max = 0, before_min = 0;
   double after_mean = 0, after_max = 0, after_min = 0;
+};
+
+/// The method of a diagnosis in tables: the geometry with the effects that were named.
+inline constexpr const char* kModel = "model";
+
+/// What is asked of the model's position error: both must hold.
+struct Demand {
+  double improvement_pct = 90;
+  double floor_ratio = 1.3;  // mean after over the noise floor
+  bool reached = false;
 };
 
 /// Errors of the same poses before and after a correction, mm or deg.
@@ -29,6 +40,7 @@ struct ErrorTable {
   Summary before = {};
   Summary after = {};
   std::optional<PaperFigures> paper = {};
+  std::optional<Demand> demand = {};  // position of the model, where the noise floor is known
 };
 
 /// Two methods on the same baseline readings, point by point: positive when `a` leaves more.
@@ -114,6 +126,7 @@ struct Report {
   std::optional<CircleTable> circles = {};
   std::optional<Identification> identification = {};
   std::optional<NetworkFit> network = {};
+  std::vector<StoryRound> story = {};
   std::vector<SessionRow> sessions = {};
   std::vector<JobRow> jobs = {};
   std::vector<std::string> exclusions = {};                     // "seq 7: beam hit by a sleeve"

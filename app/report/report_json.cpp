@@ -39,6 +39,11 @@ Json table_json(const ErrorTable& table) {
                {"unit", table.unit}, {"set", table.set},       {"in_sample", table.in_sample}};
   json.update(before_after_json(table.before, table.after, table.after_predicted));
   if (table.paper) json["paper"] = paper_json(*table.paper);
+  if (table.demand) {
+    json["demand"] = {{"improvement_pct_at_least", table.demand->improvement_pct},
+                      {"floor_ratio_at_most", table.demand->floor_ratio},
+                      {"reached", table.demand->reached}};
+  }
   return json;
 }
 
@@ -148,6 +153,7 @@ nlohmann::ordered_json to_json(const Report& report) {
                               {"words", found->words}};
   }
   if (report.network) json["network"] = network_json(*report.network);
+  if (!report.story.empty()) json["story"] = story_json(report.story);
   json.update(origin_json(report));
   return json;
 }

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <sstream>
 
 #include "app/cli/context.hpp"
+#include "app/report/lines.hpp"
 #include "app/report/print.hpp"
 
 namespace trammel::report {
@@ -12,30 +12,11 @@ namespace {
 
 using cli::printable;
 
-std::string heading(const std::string& text) {
-  return "\n" + text + "\n" + std::string(text.size(), '-') + "\n";
-}
-
-/// Broken at blanks so that no line is wider than a terminal; further lines begin with `indent`.
-std::string wrapped(const std::string& text, const std::string& indent = "") {
-  constexpr std::size_t kWidth = 100;
-  std::string out, line;
-  std::istringstream words(text);
-  for (std::string word; words >> word;) {
-    if (!line.empty() && line.size() + 1 + word.size() > kWidth) {
-      out += line + "\n";
-      line = indent + word;
-    } else {
-      line += (line.empty() ? "" : " ") + word;
-    }
-  }
-  return out + line + "\n";
-}
-
 std::string method_words(const std::string& method) {
   if (method == "lsq") return "least squares on the geometry";
   if (method == "idw") return "inverse distance weighting";
   if (method == "rbf") return "the radial basis network";
+  if (method == kModel) return "the geometry with the named effects";
   return method;
 }
 
@@ -104,6 +85,28 @@ std::string notes(const Report& report) {
         "   error, only the command changes.\n";
   }
   return text;
+}
+
+/// What is asked of the model, and whether it holds.
+std::string demand_text(const Report& report) {
+  std::string text;
+  for (const ErrorTable& table : report.tables) {
+    if (!table.demand) continue;
+    const Demand& d = *table.demand;
+    if (text.empty()) {
+      text = fmt::format(
+          "demand on the model: at least {:.0f} % better, at most {:.1f} x the noise floor "
+          "({:.4f} mm)\n",
+          d.improvement_pct, d.floor_ratio, d.floor_ratio * *report.floor_mean_mm);
+    }
+    text += fmt::format("  {} points, {}, {}: {}, {:.2f} x the floor: {}\n", table.before.n,
+                        table.in_sample ? "in-sample" : "held-out",
+                        table.after_predicted ? "predicted" : "measured again",
+                        percent(improvement_pct(table.before, table.after)),
+                        table.after.mean / *report.floor_mean_mm,
+                        d.reached ? "reached" : "not reached");
+  }
+  return text.empty() ? text : "\n" + text;
 }
 
 std::string contest_text(const Contest& c) {
@@ -251,11 +254,12 @@ std::string to_text(const Report& report) {
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
   text += "\n" + report.mechanism + "\n\n" + wrapped(verdict(report));
   text += figure_tables(report, "position") + figure_tables(report, "attitude");
-  if (!report.tables.empty()) text += notes(report);
+  if (!report.tables.empty()) text += notes(report) + demand_text(report);
   if (report.contest) text += contest_text(*report.contest);
   if (report.circles) text += circles_text(*report.circles);
   if (report.identification) text += identification_text(*report.identification);
   if (report.network) text += network_text(*report.network);
+  text += story_text(report.story);
   return text + origin_text(report);
 }
 

@@ -29,20 +29,6 @@ Json point_json(const PlannedPoint& p) {
   return json;
 }
 
-Approach read_approach(Fields& fields) {
-  Approach approach = {0, 0, 0};
-  if (!fields.has("approach")) return approach;
-  const std::vector<double> values = fields.numbers("approach");
-  if (values.size() != kChains) fields.refuse("approach", "wrong number of rails", "three of them");
-  for (std::size_t i = 0; i < kChains; ++i) {
-    if (values[i] != -1 && values[i] != 0 && values[i] != 1) {
-      fields.refuse("approach", "no direction", "-1, 0 or 1");
-    }
-    approach[i] = static_cast<int>(values[i]);
-  }
-  return approach;
-}
-
 PlannedPoint read_point(Fields& fields) {
   PlannedPoint p;
   p.seq = fields.integer("seq");
@@ -58,6 +44,20 @@ PlannedPoint read_point(Fields& fields) {
 }
 
 }  // namespace
+
+Approach read_approach(Fields& fields) {
+  Approach approach = {0, 0, 0};
+  if (!fields.has("approach")) return approach;
+  const std::vector<double> values = fields.numbers("approach");
+  if (values.size() != kChains) fields.refuse("approach", "wrong number of rails", "three of them");
+  for (std::size_t i = 0; i < kChains; ++i) {
+    if (values[i] != -1 && values[i] != 0 && values[i] != 1) {
+      fields.refuse("approach", "no direction", "-1, 0 or 1");
+    }
+    approach[i] = static_cast<int>(values[i]);
+  }
+  return approach;
+}
 
 Json plan_json(const Plan& plan) {
   Json points = Json::array();

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/exchange/fields.hpp"
 #include "core/plan/check.hpp"
 #include "core/plan/plan.hpp"
 
@@ -18,6 +19,9 @@ Plan read_plan(const std::filesystem::path& path);
 
 /// A named grid ("paper-80") or a plan's file.
 Plan plan_of(const std::string& name_or_file);
+
+/// The field "approach": [1, -1, 0], all 0 where it is absent. Throws InputError.
+Approach read_approach(Fields& fields);
 
 nlohmann::ordered_json violations_json(const std::vector<Violation>& violations);
 

@@ -52,13 +52,52 @@ TEST_CASE("the paper's protocol is read, and its schema accepts it", "[protocol]
   CHECK(compensated.set == ReadingSet::validate);
 }
 
+TEST_CASE("the paper's protocol ends with at most three rounds of suggested points and the model",
+          "[protocol]") {
+  const Protocol protocol = read_protocol(kPaper);
+  const auto step = [&protocol](const std::string& name) {
+    for (const Step& s : protocol.steps) {
+      if (s.name == name) return s.what;
+    }
+    throw std::runtime_error("no step " + name);
+  };
+  const auto next = std::get<MeasureStep>(step("next-3"));
+  CHECK(next.next_points_of == "diagnose-3");
+  CHECK(next.set == ReadingSet::identify);
+  CHECK_FALSE(next.compensate);
+  CHECK(std::get<DiagnoseStep>(step("diagnose-4")).sessions.size() == 5);
+  CHECK(std::get<MeasureStep>(step("measure-48-model")).compensate == "diagnose-4");
+  // What the diagnosis is judged on it may not fit.
+  CHECK(std::get<MeasureStep>(step("measure-48")).set == ReadingSet::validate);
+}
+
 TEST_CASE("what the schema refuses the reader refuses, naming the path", "[protocol]") {
   using Json = nlohmann::json;
   struct Bad {
     Json protocol;
     const char* field;
   };
+  const std::size_t next = 11, diagnose = 10;
   const std::vector<Bad> all = {
+      {changed([&](Json& p) {
+         p["steps"][next]["plan"] = {{"points_of", "x"}};
+       }),
+       "steps[11].plan.next_points_of"},
+      {changed([&](Json& p) { p["steps"][next]["plan"]["count"] = 5; }), "steps[11].plan.count"},
+      {changed([&](Json& p) { p["steps"][next]["plan"] = 7; }), "steps[11].plan"},
+      {changed([&](Json& p) { p["steps"][next]["set"] = "validate"; }), "steps[11].set"},
+      {changed([&](Json& p) { p["steps"][next]["compensate"] = "lsq"; }), "steps[11].compensate"},
+      {changed([&](Json& p) { p["steps"][diagnose].erase("sessions"); }), "steps[10].sessions"},
+      {changed([&](Json& p) { p["steps"][diagnose]["method"] = "lsq"; }), "steps[10].method"},
+      {changed([](Json& p) { p["steps"][1]["method"] = "diagnose"; }), "steps[1].method"},
+      {changed([](Json& p) {
+         p["steps"][0]["approach"] = {1, 1};
+       }),
+       "steps[0].approach"},
+      {changed([](Json& p) {
+         p["steps"][0]["approach"] = {1, 1, 2};
+       }),
+       "steps[0].approach"},
       {changed([](Json& p) { p["format"] = "protocol/2"; }), "format"},
       {changed([](Json& p) { p.erase("robot"); }), "robot"},
       {changed([](Json& p) { p["robot"] = 7; }), "robot"},
@@ -108,4 +147,13 @@ TEST_CASE("a step may only name earlier steps of the right kind, and no name sta
         "steps[1].sessions");
   CHECK(error_of(changed([](Json& p) { p["steps"][3]["name"] = "lsq"; })).where.field ==
         "steps[3].name");
+  CHECK(error_of(changed([](Json& p) {
+          p["steps"][11]["plan"]["next_points_of"] = "lsq";
+        })).where.field == "steps[11].plan.next_points_of");
+  CHECK(error_of(changed([](Json& p) {
+          p["steps"][11]["plan"]["next_points_of"] = "diagnose-2";
+        })).where.field == "steps[11].plan.next_points_of");
+  // Points that may never be measured are not enough to work on.
+  CHECK(error_of(changed([](Json& p) { p["steps"][12]["sessions"] = {"next-1"}; })).where.field ==
+        "steps[12].sessions");
 }

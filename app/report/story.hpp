@@ -1,0 +1,68 @@
+#pragma once
+// The discrepancy story of a campaign: what was named, round by round, and how the gap shrank.
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "store/job.hpp"
+
+namespace trammel::report {
+
+struct Measured;
+
+/// A named effect with its values, as fitted in this round.
+struct EffectRow {
+  struct Value {
+    std::string name, unit;
+    double value = 0, std = 0;
+  };
+  std::string name = {};
+  std::vector<Value> values = {};
+  std::vector<int> seqs = {};  // outlier_readings only
+};
+
+/// Another set of effects that explains the readings about as well.
+struct RivalRow {
+  std::string names = {};   // "lead_scale + backlash"
+  double odds = 1;          // for the named set
+  bool structural = false;  // these points can't carry the difference
+};
+
+/// rms of measured - simulated per coordinate.
+struct GapRow {
+  std::string model = {};                      // "nominal", "geometry", "+backlash"
+  std::optional<double> identify_rms_mm = {};  // in-sample
+  std::optional<double> validate_rms_mm = {};  // held-out
+};
+
+struct PointsOf {
+  std::string session = {};
+  int n = 0;
+};
+
+/// One diagnosis.
+struct StoryRound {
+  long long job_id = 0;
+  std::string job_key = {};
+  std::string verdict = {};
+  std::vector<PointsOf> fitted = {};  // sessions whose readings the round before had not
+  std::vector<PointsOf> judged = {};  // sessions whose readings only judge
+  std::vector<EffectRow> effects = {};
+  std::vector<std::string> tried = {};  // unexplained: what the catalogue could do, not added
+  std::vector<RivalRow> rivals = {};
+  std::vector<GapRow> gap = {};
+  double noise_floor_mm = 0;
+  int n_next_points = 0;
+};
+
+/// The diagnoses that led to `last`: of the same parameters, on some of its sessions, each key
+/// once, in order. Proof: the demo's story (demo_test.cpp).
+std::vector<StoryRound> story_of(store::Connection& connection, const Measured& measured,
+                                 const store::Job& last);
+
+nlohmann::ordered_json story_json(const std::vector<StoryRound>& story);
+std::string story_text(const std::vector<StoryRound>& story);
+
+}  // namespace trammel::report

@@ -1,0 +1,105 @@
+#include <fmt/format.h>
+
+#include "app/cli/context.hpp"
+#include "app/report/lines.hpp"
+#include "app/report/story.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+using cli::printable;
+
+constexpr const char* kIndent = "           ";  // below the words of a line
+
+std::string line(const char* what, const std::string& words) {
+  if (words.empty()) return "";
+  const std::string text = wrapped(kIndent + words, kIndent, true);
+  return fmt::format("  {:<8} ", what) + text.substr(std::string_view(kIndent).size());
+}
+
+std::string sessions_text(const std::vector<PointsOf>& points, const char* verb) {
+  std::string text;
+  for (const PointsOf& p : points) {
+    text += fmt::format("{}{} points of {}", text.empty() ? "" : ", ", p.n, printable(p.session));
+  }
+  return text.empty() ? "" : std::string(verb) + text;
+}
+
+std::string named_text(const StoryRound& round) {
+  std::string text;
+  for (const EffectRow& e : round.effects) text += (text.empty() ? "" : " + ") + e.name;
+  return text.empty() ? "nothing" : text;
+}
+
+std::string rivals_text(const StoryRound& round) {
+  std::string text;
+  for (const RivalRow& r : round.rivals) {
+    text +=
+        fmt::format("{}{} ({})", text.empty() ? "" : "; ", r.names,
+                    r.structural ? "the same on these points" : fmt::format("{:.2g} : 1", r.odds));
+  }
+  return text;
+}
+
+std::string rms(const std::optional<double>& value) {
+  return value ? fmt::format("{:.4f}", *value) : "-";
+}
+
+std::string gap_text(const StoryRound& round) {
+  std::string text;
+  for (const GapRow& g : round.gap) {
+    text += fmt::format("{}{} {} / {}", text.empty() ? "" : ", ", g.model, rms(g.identify_rms_mm),
+                        rms(g.validate_rms_mm));
+  }
+  return text;
+}
+
+/// "k_1 = 0.00404 +- 0.00013": as many digits as the standard deviation gives sense.
+std::string values_text(const EffectRow& effect) {
+  std::string text;
+  for (const EffectRow::Value& v : effect.values) {
+    text += fmt::format("{}{} = {:.4g} +- {:.2g}{}", text.empty() ? "" : ", ", v.name, v.value,
+                        v.std, v.unit == "1" ? "" : " " + v.unit);
+  }
+  for (const int seq : effect.seqs) text += fmt::format("{}seq {}", text.empty() ? "" : ", ", seq);
+  return text;
+}
+
+std::string round_text(const StoryRound& round, std::size_t number) {
+  std::string text = fmt::format("round {}: {}\n", number, round.verdict);
+  text += line("on", sessions_text(round.fitted, number > 1 ? "also " : ""));
+  text += line("named", named_text(round));
+  std::string tried;
+  for (const std::string& name : round.tried) tried += (tried.empty() ? "" : ", ") + name;
+  text += line("tried", tried);
+  text += line("rivals", rivals_text(round));
+  text += line("gap", gap_text(round));
+  if (round.n_next_points > 0) {
+    text += line("next", fmt::format("{} points would decide", round.n_next_points));
+  }
+  return text + line("job", fmt::format("{}, key {}", round.job_id, round.job_key.substr(0, 16)));
+}
+
+}  // namespace
+
+std::string story_text(const std::vector<StoryRound>& story) {
+  if (story.empty()) return "";
+  const StoryRound& last = story.back();
+  const std::string judged = sessions_text(last.judged, "");
+  std::string text = heading("Where simulation and measurement part, and why");
+  text += wrapped(fmt::format(
+      "gap: rms of measured - simulated per coordinate [mm], on fitted readings (in-sample) / on "
+      "{}; "
+      "a perfect model leaves {:.4f}.",
+      judged.empty() ? "unseen ones: none were measured" : judged + ", never fitted (held-out)",
+      last.noise_floor_mm));
+  for (std::size_t k = 0; k < story.size(); ++k) text += round_text(story[k], k + 1);
+  if (!last.effects.empty()) text += "values of the last round (one standard deviation):\n";
+  for (const EffectRow& effect : last.effects) {
+    text += wrapped(fmt::format("  {}: {}", effect.name, values_text(effect)), "    ", true);
+  }
+  return text;
+}
+
+}  // namespace trammel::report
