@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "app/cli/context.hpp"
 #include "app/report/lines.hpp"
 #include "app/report/story.hpp"
@@ -55,12 +58,19 @@ std::string gap_text(const StoryRound& round) {
   return text;
 }
 
-/// "k_1 = 0.00404 +- 0.00013": as many digits as the standard deviation gives sense.
+/// Two digits of the standard deviation, and no more of the value: "0.00404 +- 0.00013".
+std::string with_deviation(double value, double std) {
+  if (!(std > 0)) return fmt::format("{:g}", value);
+  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(std))));
+  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, std, decimals);
+}
+
+/// "k_1 = 0.00404 +- 0.00013, …".
 std::string values_text(const EffectRow& effect) {
   std::string text;
   for (const EffectRow::Value& v : effect.values) {
-    text += fmt::format("{}{} = {:.4g} +- {:.2g}{}", text.empty() ? "" : ", ", v.name, v.value,
-                        v.std, v.unit == "1" ? "" : " " + v.unit);
+    text += fmt::format("{}{} = {}{}", text.empty() ? "" : ", ", v.name,
+                        with_deviation(v.value, v.std), v.unit == "1" ? "" : " " + v.unit);
   }
   for (const int seq : effect.seqs) text += fmt::format("{}seq {}", text.empty() ? "" : ", ", seq);
   return text;
