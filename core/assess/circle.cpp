@@ -1,6 +1,6 @@
 #include "core/assess/circle.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/QR>
 #include <cmath>
 #include <string>
 
@@ -33,8 +33,8 @@ Centred centred(std::span<const Pose> points) {
 void require_circle(const Centred& c) {
   bool ok = c.p.rows() >= 3;
   if (ok) {
-    const Eigen::Vector2d s = c.p.bdcSvd().singularValues();
-    ok = s[1] > kFlatness * s[0];
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(c.p);  // R_00: length, R_11: width
+    ok = std::abs(qr.matrixQR()(1, 1)) > kFlatness * std::abs(qr.matrixQR()(0, 0));
   }
   if (ok) return;
   throw InputError({.what = "no circle passes through these points",
@@ -44,7 +44,7 @@ void require_circle(const Centred& c) {
 
 /// (x_c, y_c, R) of the algebraic circle: the start.
 Eigen::Vector3d algebraic(const Eigen::MatrixX2d& p) {
-  Eigen::MatrixX3d A(p.rows(), 3);
+  Eigen::MatrixXd A(p.rows(), 3);
   A << p, Eigen::VectorXd::Ones(p.rows());
   const Eigen::Vector3d a = A.colPivHouseholderQr().solve(p.rowwise().squaredNorm());
   return {a[0] / 2, a[1] / 2, std::sqrt(a[2] + (a[0] * a[0] + a[1] * a[1]) / 4)};
@@ -58,7 +58,7 @@ FittedCircle fit_circle(std::span<const Pose> points) {
   Eigen::Vector3d v = algebraic(c.p);
   Eigen::VectorXd d(c.p.rows());
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    Eigen::MatrixX3d J(c.p.rows(), 3);
+    Eigen::MatrixXd J(c.p.rows(), 3);
     for (Eigen::Index k = 0; k < c.p.rows(); ++k) {
       const Eigen::Vector2d from = c.p.row(k).transpose() - v.head<2>();
       const double distance = from.norm();
