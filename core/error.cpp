@@ -11,8 +11,8 @@ Error::Error(ExitCode code, ErrorText text)
 std::string describe(const ErrorText& text) {
   const Where& at = text.where;
   std::string line = at.file;
-  if (at.line > 0) line += ":" + std::to_string(at.line);
-  if (at.column > 0) line += ":" + std::to_string(at.column);
+  if (at.line > 0) line.append(":").append(std::to_string(at.line));
+  if (at.column > 0) line.append(":").append(std::to_string(at.column));
   if (!line.empty()) line += ": ";
   line += text.what;
   if (!at.field.empty() && !at.point.empty()) {

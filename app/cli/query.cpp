@@ -51,7 +51,10 @@ std::vector<std::string> distinct(const std::vector<std::string>& names) {
 void print_csv(store::Query& query, const Context& context) {
   const auto line = [&](const auto& values, auto text) {
     std::string joined;
-    for (std::size_t k = 0; k < values.size(); ++k) joined += (k ? "," : "") + text(values[k]);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      if (k > 0) joined += ',';
+      joined += text(values[k]);
+    }
     context.print(joined);
   };
   line(query.columns(), [](const std::string& name) { return csv_text(name); });

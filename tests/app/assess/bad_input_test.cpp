@@ -37,7 +37,7 @@ void write_campaign(const TemporaryFolder& folder, const std::vector<Row>& rows,
       "seq,set,epoch,target_x_mm,target_y_mm,target_phi_deg,cmd_l1_mm,cmd_l2_mm,cmd_l3_mm,"
       "from_l1_mm,from_l2_mm,from_l3_mm,x_mm,y_mm,phi_deg,time_s,temp_degc\n";
   int seq = 0;
-  Displacements from_mm = inverse(paper_mechanism().geometry, {}).l_mm;
+  Displacements from_mm = inverse(paper_mechanism().geometry, Pose{}).l_mm;
   for (const Row& row : rows) {
     const Displacements l = inverse(paper_mechanism().geometry, row.target).l_mm;
     ++seq;
