@@ -94,6 +94,7 @@ const std::map<std::string, Words>& examples() {
       {"job diff", {"1", "2"}},
       {"job rerun", {"1"}},
       {"report", {"paper"}},
+      {"assess", {"paper"}},
       {"compare", {"paper", "drive-error"}},
       {"mechanism check", {"demo/robot.json"}},
       {"mechanism ik", {"demo/robot.json", "--pose", "1", "2", "3"}},
