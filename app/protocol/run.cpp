@@ -125,12 +125,12 @@ StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
 }
 
 /// A step that computes: its job is known once all its sessions are measured.
-StepOutcome look_at_job(store::Connection* connection, const Protocol& protocol, StepOutcome outcome,
-                        const job::Request& request) {
-  const bool measured = std::all_of(
-      request.sessions.begin(), request.sessions.end(), [&](const std::string& session) {
-        return is_done(stored_session(connection, protocol, session));
-      });
+StepOutcome look_at_job(store::Connection* connection, const Protocol& protocol,
+                        StepOutcome outcome, const job::Request& request) {
+  const bool measured = std::all_of(request.sessions.begin(), request.sessions.end(),
+                                    [&](const std::string& session) {
+                                      return is_done(stored_session(connection, protocol, session));
+                                    });
   outcome.detail = request.stage + " to compute";
   if (!measured) return outcome;
   if (const auto job = store::find_job(*connection, job::key_of(*connection, request).key)) {

@@ -15,7 +15,7 @@ struct StepOutcome {
   std::string kind;          // "measure", "calibrate", "diagnose"
   bool done_before = false;  // stored by an earlier run: nothing was repeated
   bool skipped = false;      // there was nothing to measure
-  std::string detail = {};        // "80 points", "job 3"
+  std::string detail = {};   // "80 points", "job 3"
   ExitCode code = ExitCode::ok;
 };
 
