@@ -50,7 +50,7 @@ std::vector<std::vector<std::string>> all_commands() {
 
 }  // namespace
 
-TEST_CASE("--version and --help are data on stdout, and help lists the exit codes", "[cli]") {
+TEST_CASE("version and help are data on stdout, and help lists the exit codes", "[cli]") {
   const TemporaryFolder folder;
   const Finished version = run_program({"--version"}, folder.path());
   CHECK(version.exit_code == 0);
