@@ -4,6 +4,7 @@
 #include "store/model.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 
 using namespace trammel;
 using namespace trammel::store;
@@ -13,7 +14,7 @@ using trammel::test::TempFolder;
 namespace {
 
 const std::filesystem::path kVersions =
-    std::filesystem::path(TRAMMEL_SOURCE_DIR) / "tests/store/versions";
+    std::filesystem::path(tests::source_folder()) / "tests/store/versions";
 
 std::filesystem::path copy_of_version(const TempFolder& folder, int version) {
   const std::string name = "version_" + std::to_string(version) + ".sqlite3";

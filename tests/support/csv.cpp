@@ -1,4 +1,5 @@
 #include "tests/support/csv.hpp"
+#include "tests/support/paths.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -29,7 +30,7 @@ double Table::number(std::size_t row, const std::string& column) const {
 }
 
 Table read_table(const std::string& path) {
-  std::ifstream in(std::string(TRAMMEL_SOURCE_DIR) + "/tests/" + path);
+  std::ifstream in(tests::source_folder() + "/tests/" + path);
   if (!in) throw std::runtime_error("missing golden numbers: tests/" + path);
   Table table;
   std::string line;

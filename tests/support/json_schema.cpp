@@ -1,4 +1,5 @@
 #include "tests/support/json_schema.hpp"
+#include "tests/support/paths.hpp"
 
 #include <fstream>
 #include <stdexcept>
@@ -11,7 +12,7 @@
 namespace trammel::tests {
 
 std::string schema_errors(const nlohmann::json& value, const std::string& schema) {
-  std::ifstream in(std::string(TRAMMEL_SOURCE_DIR) + "/schemas/" + schema);
+  std::ifstream in(tests::source_folder() + "/schemas/" + schema);
   if (!in) throw std::runtime_error("missing schema: " + schema);
   const nlohmann::json document = nlohmann::json::parse(in);
   valijson::Schema parsed;

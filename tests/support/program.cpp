@@ -1,4 +1,5 @@
 #include "tests/support/program.hpp"
+#include "tests/support/paths.hpp"
 
 #include <fcntl.h>
 #include <pty.h>
@@ -18,7 +19,7 @@ namespace trammel::tests {
 namespace {
 
 [[noreturn]] void execute(std::vector<std::string> words) {
-  std::string program = std::string(TRAMMEL_BINARY_DIR) + "/trammel";
+  std::string program = tests::build_folder() + "/trammel";
   std::vector<char*> arguments = {program.data()};
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);

@@ -3,6 +3,7 @@
 #include "core/plan/build.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -159,8 +160,7 @@ TEST_CASE("an unknown session or job, or one of another campaign, is answered in
 
 TEST_CASE("trammel assess prints text and JSON of its schema", "[assess][cli]") {
   const TemporaryFolder folder;
-  const std::string source =
-      std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error";
+  const std::string source = tests::source_folder() + "/tests/support/campaigns/drive-error";
   REQUIRE(run_program({"campaign", "import", source}, folder.path()).exit_code == 0);
   REQUIRE(run_program({"calibrate", "geometry", "drive-error"}, folder.path()).exit_code == 0);
   const Finished text = run_program({"assess", "drive-error", "--job", "1"}, folder.path());

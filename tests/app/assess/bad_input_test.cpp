@@ -6,6 +6,7 @@
 #include "core/random.hpp"
 #include "core/units.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -28,7 +29,7 @@ struct Row {
 /// A campaign of `rows` on the paper's robot; `tracker` is the JSON of its sigmas, or empty.
 void write_campaign(const TemporaryFolder& folder, const std::vector<Row>& rows,
                     const std::string& tracker) {
-  std::string json = tests::read_text(std::string(TRAMMEL_SOURCE_DIR) +
+  std::string json = tests::read_text(tests::source_folder() +
                                       "/tests/support/campaigns/drive-error/campaign.json");
   const auto from = json.find("\"tracker\""), to = json.find("\"readings\"");
   json.replace(from, to - from, tracker);

@@ -11,6 +11,7 @@
 #include "store/open.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/json_schema.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -54,8 +55,7 @@ std::vector<Command> all_commands() {
   return found;
 }
 
-const std::string kDriveError =
-    std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error";
+const std::string kDriveError = tests::source_folder() + "/tests/support/campaigns/drive-error";
 
 /// What each command is given in the prepared laboratory. A new command needs a line here.
 const std::map<std::string, Words>& examples() {
@@ -263,7 +263,7 @@ TEST_CASE("with --json every command prints one object, valid against its schema
 }
 
 TEST_CASE("files of the program's own formats are valid against their schemas", "[cli]") {
-  const std::filesystem::path examples = std::string(TRAMMEL_SOURCE_DIR) + "/examples";
+  const std::filesystem::path examples = tests::source_folder() + "/examples";
   const Laboratory& lab = laboratory();
   REQUIRE(lab.run({"model", "export", "drive-error", "last", "m.json"}).exit_code == 0);
   REQUIRE(lab.run({"campaign", "export", "paper", "as-files"}).exit_code == 0);

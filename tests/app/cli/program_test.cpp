@@ -5,6 +5,7 @@
 #include "app/cli/cli.hpp"
 #include "app/cli/commands.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -17,8 +18,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-const std::string kDriveError =
-    std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error";
+const std::string kDriveError = tests::source_folder() + "/tests/support/campaigns/drive-error";
 
 /// A folder with a copy of the campaign whose file `name` has `from` replaced by `to`.
 void broken_campaign(const TemporaryFolder& folder, const std::string& name,

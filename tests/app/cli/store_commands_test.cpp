@@ -9,6 +9,7 @@
 #include "store/job.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 
 using namespace trammel;
 using trammel::test::TempFolder;
@@ -146,7 +147,7 @@ TEST_CASE("db verify says ok of a whole file, names the row of a changed one and
 TEST_CASE("db migrate takes a database of version 1 to this version", "[cli]") {
   const TempFolder folder;
   std::filesystem::copy_file(
-      std::filesystem::path(TRAMMEL_SOURCE_DIR) / "tests/store/versions/version_1.sqlite3",
+      std::filesystem::path(tests::source_folder()) / "tests/store/versions/version_1.sqlite3",
       folder.file("lab.db"));
   CHECK(run(folder, {"campaign", "list"}).code == 0);  // read-only
   CHECK(run(folder, {"reading", "exclude", "rail-test", "--seq", "1", "--reason", "x"}).code == 8);

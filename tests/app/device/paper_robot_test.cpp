@@ -13,12 +13,13 @@
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 
 namespace trammel::device {
 
 namespace {
 
-const char* const kRobot = TRAMMEL_SOURCE_DIR "/examples/paper/robot.json";
+const std::string kRobot = tests::source_folder() + "/examples/paper/robot.json";
 
 struct Figures {
   double mean_mm = 0, max_mm = 0, min_mm = std::numeric_limits<double>::infinity();

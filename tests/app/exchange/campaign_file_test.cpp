@@ -6,6 +6,7 @@
 #include "core/units.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/csv.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/temporary.hpp"
 
 using namespace trammel;
@@ -14,8 +15,7 @@ using trammel::tests::TemporaryFolder;
 
 namespace {
 
-const std::string kDriveError =
-    std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error";
+const std::string kDriveError = tests::source_folder() + "/tests/support/campaigns/drive-error";
 
 const char* const kHead =
     R"({"format": "campaign/1", "name": "t", "kind": "real",

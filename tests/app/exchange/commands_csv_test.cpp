@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/temporary.hpp"
 
 using namespace trammel;
@@ -26,7 +27,7 @@ TEST_CASE("a command moves from where the one before ended, the first from home"
 
 TEST_CASE("a readings.csv serves as commands", "[exchange]") {
   const auto rows = read_commands_csv(
-      std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error/readings.csv",
+      tests::source_folder() + "/tests/support/campaigns/drive-error/readings.csv",
       paper_mechanism());
   CHECK(rows.size() > 80);
 }

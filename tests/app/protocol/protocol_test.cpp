@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/json_schema.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/temporary.hpp"
 
 using namespace trammel;
@@ -13,7 +14,7 @@ using tests::schema_errors;
 
 namespace {
 
-const std::string kPaper = std::string(TRAMMEL_SOURCE_DIR) + "/examples/paper/protocol.json";
+const std::string kPaper = tests::source_folder() + "/examples/paper/protocol.json";
 constexpr const char* kSchema = "protocol.schema.json";
 
 nlohmann::json paper() { return nlohmann::json::parse(tests::read_text(kPaper)); }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -18,7 +19,7 @@ constexpr int kRounds = 3;  // of suggested points, at most
 
 /// The paper's robot with another drive, in a climate chamber.
 Json robot(const Json& drive, double sigma_phi_deg) {
-  const auto path = std::string(TRAMMEL_SOURCE_DIR) + "/examples/paper/robot.json";
+  const auto path = tests::source_folder() + "/examples/paper/robot.json";
   Json robot = Json::parse(tests::read_text(path));
   robot["drive"] = drive;
   robot["tracker"]["sigma_phi_deg"] = sigma_phi_deg;

@@ -4,6 +4,7 @@
 
 #include "app/report/report.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -32,8 +33,7 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
     REQUIRE(finished.exit_code == 0);
     return finished.out;
   };
-  run({"campaign", "import",
-       std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error"});
+  run({"campaign", "import", tests::source_folder() + "/tests/support/campaigns/drive-error"});
   for (const char* method : {"lsq", "idw", "rbf"}) run({"calibrate", method, "drive-error"});
   const Json report = Json::parse(run({"report", "drive-error", "--json"}));
 
@@ -78,9 +78,9 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
 
 TEST_CASE("a campaign without calibration has a report that says so", "[report]") {
   const tests::TemporaryFolder folder;
-  run_program({"campaign", "import",
-               std::string(TRAMMEL_SOURCE_DIR) + "/tests/support/campaigns/drive-error"},
-              folder.path());
+  run_program(
+      {"campaign", "import", tests::source_folder() + "/tests/support/campaigns/drive-error"},
+      folder.path());
   CHECK_THAT(run_program({"report", "drive-error"}, folder.path()).out,
              Contains("no calibration yet"));
   CHECK(run_program({"report", "nobody"}, folder.path()).exit_code == 3);

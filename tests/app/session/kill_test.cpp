@@ -13,6 +13,7 @@
 #include "core/random.hpp"
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 
 namespace trammel::tests {
 
@@ -22,7 +23,7 @@ constexpr int kKilled = -1;
 
 pid_t start(const std::vector<std::string>& words) {
   std::vector<char*> argv;
-  const std::string program = TRAMMEL_BINARY_DIR "/trammel";
+  const std::string program = tests::build_folder() + "/trammel";
   argv.push_back(const_cast<char*>(program.c_str()));
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);

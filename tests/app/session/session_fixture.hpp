@@ -10,11 +10,12 @@
 #include "core/plan/grids.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/temporary.hpp"
 
 namespace trammel::tests {
 
-inline const std::string kPaperRobot = TRAMMEL_SOURCE_DIR "/examples/paper/robot.json";
+inline const std::string kPaperRobot = tests::source_folder() + "/examples/paper/robot.json";
 
 /// Ten points of which some have directions of approach.
 inline Plan small_plan() {
