@@ -10,26 +10,27 @@ namespace trammel::cli {
 
 namespace {
 
-struct Options {
+struct CalibrateOptions {
   job::Request request;
   Json given = Json::object();
 };
 
 /// A stage's parameter as an option: what is given on the line goes into the parameters by name.
 template <class T>
-void parameter(CLI::App& command, const std::shared_ptr<Options>& options, const std::string& flag,
-               const std::string& name, const std::string& what) {
+void parameter(CLI::App& command, const std::shared_ptr<CalibrateOptions>& options,
+               const std::string& flag, const std::string& name, const std::string& what) {
   command.add_option_function<T>(
       flag, [options, name](const T& value) { options->given[name] = value; }, what);
 }
 
-void choice(CLI::App& command, const std::shared_ptr<Options>& options, const std::string& flag,
-            const std::string& name, const std::string& value, const std::string& what) {
+void choice(CLI::App& command, const std::shared_ptr<CalibrateOptions>& options,
+            const std::string& flag, const std::string& name, const std::string& value,
+            const std::string& what) {
   command.add_flag_callback(
       flag, [options, name, value] { options->given[name] = value; }, what);
 }
 
-void lsq_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+void lsq_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
   choice(c, o, "--complete", "parameters", "complete-21",
          "the complete 21 parameters instead of the paper's 18");
   choice(c, o, "--shared-epochs", "epochs", "shared",
@@ -42,14 +43,14 @@ void lsq_options(CLI::App& c, const std::shared_ptr<Options>& o) {
                     "repeated identification: drop sources below this share of their tolerance");
 }
 
-void idw_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+void idw_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
   parameter<double>(c, o, "--power", "power", "weights 1 / d^power (2)");
   parameter<int>(c, o, "--neighbours", "neighbours", "nearest samples that count (0: all)");
   c.add_flag_callback(
       "--tune", [o] { o->given["tune"] = true; }, "power and neighbours by leave-one-out");
 }
 
-void rbf_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+void rbf_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
   parameter<int>(c, o, "--neurons", "neurons", "at most this many (50)");
   parameter<int>(c, o, "--seed", "seed", "of the k-means start (1)");
   parameter<double>(c, o, "--sigma-mm", "sigma_mm", "spread of all neurons (0: leave-one-out)");
@@ -59,7 +60,7 @@ void rbf_options(CLI::App& c, const std::shared_ptr<Options>& o) {
       "a neuron on every sample, ridge and spread by leave-one-out");
 }
 
-void model_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+void model_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
   c.add_option_function<std::vector<std::string>>(
        "--effects", [o](const std::vector<std::string>& names) { o->given["effects"] = names; },
        "named effects to fit beside the geometry, or 'diagnosed' for those diagnose names")
@@ -71,20 +72,20 @@ void model_options(CLI::App& c, const std::shared_ptr<Options>& o) {
       "machining tolerances as priors instead of the least change");
 }
 
-void contest_options(CLI::App& c, const std::shared_ptr<Options>& o) {
+void contest_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
   parameter<int>(c, o, "--blocks", "blocks", "spatial blocks of the cross-validation (6)");
   parameter<int>(c, o, "--seed", "seed", "of the blocks (1)");
 }
 
 struct StageOptions {
   const char* stage;
-  void (*add)(CLI::App&, const std::shared_ptr<Options>&);
+  void (*add)(CLI::App&, const std::shared_ptr<CalibrateOptions>&);
 };
 constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},      {"idw", idw_options},
                                           {"rbf", rbf_options},      {"geometry", model_options},
                                           {"hybrid", model_options}, {"contest", contest_options}};
 
-ExitCode run_calibrate(const Options& options, Context& context) {
+ExitCode run_calibrate(const CalibrateOptions& options, Context& context) {
   job::Request request = options.request;
   request.parameters = options.given;
   store::Connection db =
@@ -119,7 +120,7 @@ void setup_calibrate(CLI::App& app, Context& context) {
   for (const job::Stage& stage : job::stages()) {
     if (stage.name == "diagnose") continue;  // a command of its own
     CLI::App& command = *calibrate.add_subcommand(stage.name, stage.what);
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<CalibrateOptions>();
     options->request.stage = stage.name;
     command.add_option("campaign", options->request.campaign, "name or uuid")->required();
     command.add_option("--session", options->request.sessions,

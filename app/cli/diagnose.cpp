@@ -15,7 +15,7 @@ namespace trammel::cli {
 
 namespace {
 
-struct Options {
+struct DiagnoseOptions {
   job::Request request;
   Json given = Json::object();
   std::string from;
@@ -24,12 +24,12 @@ struct Options {
 };
 
 /// On a folder: no database is opened.
-Json of_folder(const Options& options) {
+Json of_folder(const DiagnoseOptions& options) {
   const job::Stage& stage = job::find_stage("diagnose");
   return stage.run(read_campaign(options.from).campaign, stage.complete(options.given)).details;
 }
 
-Json of_stored(const Options& options, Context& context) {
+Json of_stored(const DiagnoseOptions& options, Context& context) {
   job::Request request = options.request;
   store::Connection db =
       store::open(context.db(), request.dry_run ? store::Access::read_only : store::Access::write);
@@ -48,7 +48,7 @@ Json of_stored(const Options& options, Context& context) {
   return details;
 }
 
-void write_plan(const Options& options, const Json& details, Context& context) {
+void write_plan(const DiagnoseOptions& options, const Json& details, Context& context) {
   if (options.plan.empty() || options.request.dry_run) return;
   if (details["next_points"].empty()) {
     context.say("no plan was written: there are no points to suggest");
@@ -59,14 +59,14 @@ void write_plan(const Options& options, const Json& details, Context& context) {
   context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
 }
 
-void require_usable(const Options& options) {
+void require_usable(const DiagnoseOptions& options) {
   if (options.from.empty() == options.request.campaign.empty()) {
     throw UsageError({.what = "diagnose takes a stored campaign or a folder, one of them",
                       .hint = "trammel diagnose CAMPAIGN, or trammel diagnose --from DIR"});
   }
 }
 
-ExitCode run_diagnose(const Options& options, Context& context) {
+ExitCode run_diagnose(const DiagnoseOptions& options, Context& context) {
   require_usable(options);
   Json details = options.from.empty() ? of_stored(options, context) : of_folder(options);
   details.erase("models");
@@ -91,7 +91,7 @@ ExitCode run_diagnose(const Options& options, Context& context) {
 void setup_diagnose(CLI::App& app, Context& context) {
   CLI::App& command = *app.add_subcommand(
       "diagnose", "Which physical effect is the model missing, and can it be trusted");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DiagnoseOptions>();
   command.add_option("campaign", options->request.campaign, "name or uuid of a stored campaign");
   command.add_option("--from", options->from,
                      "a campaign/1 folder instead; no database is touched");

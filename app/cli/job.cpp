@@ -10,7 +10,7 @@ namespace trammel::cli {
 
 namespace {
 
-struct Options {
+struct JobOptions {
   std::string job, other, campaign;
   bool force = false;
   bool dry_run = false;
@@ -27,7 +27,7 @@ std::string campaign_name(store::Connection& db, store::Id id) {
   return {};
 }
 
-ExitCode run_list(const Options& options, Context& context) {
+ExitCode run_list(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   std::optional<store::Id> only;
   if (!options.campaign.empty()) only = store::require_campaign(db, options.campaign).id;
@@ -55,7 +55,7 @@ ExitCode run_list(const Options& options, Context& context) {
   return ExitCode::ok;
 }
 
-ExitCode run_show(const Options& options, Context& context) {
+ExitCode run_show(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
   const std::string campaign = campaign_name(db, job.data.campaign_id);
@@ -80,7 +80,7 @@ Json changed_parts(const store::JobKey& then, const store::JobKey& now) {
   return changed;
 }
 
-ExitCode run_why(const Options& options, Context& context) {
+ExitCode run_why(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
   const store::JobKey now = job::key_of(db, job::request_of(db, job));
@@ -117,7 +117,7 @@ ExitCode run_why(const Options& options, Context& context) {
   return ExitCode::ok;
 }
 
-ExitCode run_diff(const Options& options, Context& context) {
+ExitCode run_diff(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job a = job::find(db, options.job), b = job::find(db, options.other);
   const Json changed = changed_parts(a.data.key, b.data.key);
@@ -149,7 +149,7 @@ ExitCode run_diff(const Options& options, Context& context) {
   return ExitCode::ok;
 }
 
-ExitCode run_verify(const Options& options, Context& context) {
+ExitCode run_verify(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
   const store::NewJob again = job::compute(db, job::request_of(db, job));
@@ -173,7 +173,7 @@ ExitCode run_verify(const Options& options, Context& context) {
   return ok ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
-ExitCode run_rerun(const Options& options, Context& context) {
+ExitCode run_rerun(const JobOptions& options, Context& context) {
   store::Connection db =
       open(context, options.dry_run ? store::Access::read_only : store::Access::write);
   job::Request request = job::request_of(db, job::find(db, options.job));
@@ -204,7 +204,7 @@ CLI::App& verb(CLI::App& app, const char* name, const char* what) {
 }  // namespace
 
 void setup_job(CLI::App& app, Context& context) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<JobOptions>();
   const char* const which = "a job's number, or six or more digits of its key";
   CLI::App& list = verb(app, "list", "All jobs, or those of a campaign");
   list.add_option("campaign", options->campaign, "name or uuid");
@@ -212,7 +212,7 @@ void setup_job(CLI::App& app, Context& context) {
   struct Verb {
     const char* name;
     const char* what;
-    ExitCode (*run)(const Options&, Context&);
+    ExitCode (*run)(const JobOptions&, Context&);
   };
   for (const Verb& v :
        {Verb{"show", "What a job found", run_show},

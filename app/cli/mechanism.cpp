@@ -18,7 +18,7 @@ namespace trammel::cli {
 
 namespace {
 
-struct Options {
+struct MechanismOptions {
   std::string file;
   std::vector<double> values;  // poses or displacements, three by three
   double half_width_mm = 100;
@@ -46,7 +46,7 @@ std::vector<Eigen::Vector3d> triples(const std::vector<double>& values, const ch
   return all;
 }
 
-ExitCode run_check(const Options& options, Context& context) {
+ExitCode run_check(const MechanismOptions& options, Context& context) {
   const Mechanism mechanism = read_mechanism_file(options.file);
   const Reach home = reach(mechanism, mechanism.home);
   if (context.json) {
@@ -72,7 +72,7 @@ ExitCode run_check(const Options& options, Context& context) {
   return home.ok() ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
-ExitCode run_ik(const Options& options, Context& context) {
+ExitCode run_ik(const MechanismOptions& options, Context& context) {
   const Mechanism mechanism = read_mechanism_file(options.file);
   Json rows = Json::array();
   std::string text =
@@ -109,7 +109,7 @@ const char* name_of_status(ForwardResult::Status status) {
   return kNames[static_cast<int>(status)];
 }
 
-ExitCode run_fk(const Options& options, Context& context) {
+ExitCode run_fk(const MechanismOptions& options, Context& context) {
   const Mechanism mechanism = read_mechanism_file(options.file);
   Json rows = Json::array();
   std::string text = "     l1 mm      l2 mm      l3 mm        x mm        y mm     phi deg\n";
@@ -133,7 +133,7 @@ ExitCode run_fk(const Options& options, Context& context) {
   return all_ok ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
-ExitCode run_sensitivity(const Options& options, Context& context) {
+ExitCode run_sensitivity(const MechanismOptions& options, Context& context) {
   const Mechanism mechanism = read_mechanism_file(options.file);
   std::vector<Pose> poses = lattice(options.half_width_mm, options.step_mm);
   for (Pose& pose : poses) pose.phi_rad = rad_from_deg(options.phi_deg);
@@ -180,7 +180,7 @@ std::string map_text(const std::vector<WorkspaceCell>& map) {
          "digits: singularity margin in tenths; '-': beyond a stroke limit; '.': out of reach";
 }
 
-ExitCode run_workspace(const Options& options, Context& context) {
+ExitCode run_workspace(const MechanismOptions& options, Context& context) {
   const Mechanism mechanism = read_mechanism_file(options.file);
   const auto map =
       workspace(mechanism, {options.half_width_mm, options.step_mm, rad_from_deg(options.phi_deg)});
@@ -207,7 +207,7 @@ ExitCode run_workspace(const Options& options, Context& context) {
   return ExitCode::ok;
 }
 
-void grid_options(CLI::App& command, Options& options) {
+void grid_options(CLI::App& command, MechanismOptions& options) {
   command.add_option("--half-width", options.half_width_mm, "of the grid, mm")
       ->capture_default_str();
   command.add_option("--step", options.step_mm, "of the grid, mm")->capture_default_str();
@@ -219,12 +219,12 @@ void grid_options(CLI::App& command, Options& options) {
 void setup_mechanism(CLI::App& app, Context& context) {
   CLI::App& mechanism = noun(app, "mechanism", "Kinematics of a mechanism file");
   const auto verb = [&](const char* name, const char* what,
-                        ExitCode (*run)(const Options&, Context&)) {
+                        ExitCode (*run)(const MechanismOptions&, Context&)) {
     CLI::App& command = *mechanism.add_subcommand(name, what);
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<MechanismOptions>();
     command.add_option("file", options->file, "mechanism, campaign or robot JSON")->required();
     on_run(command, context, options, run);
-    return std::pair<CLI::App*, Options*>(&command, options.get());
+    return std::pair<CLI::App*, MechanismOptions*>(&command, options.get());
   };
   verb("check", "Is it usable, and where is home", run_check);
   const auto ik = verb("ik", "Displacements that reach poses", run_ik);

@@ -14,7 +14,7 @@ namespace {
 using job::ModelParameter;
 using job::StoredModel;
 
-struct Options {
+struct ModelOptions {
   std::string campaign;
   std::string version;
   std::string other;
@@ -27,7 +27,7 @@ std::string cell(const std::optional<double>& value, const char* form) {
 
 std::string unit_words(const std::string& unit) { return unit == "1" ? "" : " " + unit; }
 
-ExitCode run_list(const Options& options, Context& context) {
+ExitCode run_list(const ModelOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
   Json rows = Json::array();
@@ -97,7 +97,7 @@ std::string show_text(const StoredModel& model, const std::string& campaign) {
   return text;
 }
 
-ExitCode run_show(const Options& options, Context& context) {
+ExitCode run_show(const ModelOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
   const StoredModel model = job::find_model(db, campaign, options.version);
@@ -179,7 +179,7 @@ std::string diff_text(const Json& diff) {
   return table.text();
 }
 
-ExitCode run_diff(const Options& options, Context& context) {
+ExitCode run_diff(const ModelOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
   const Json diff = diff_json(job::find_model(db, campaign, options.version),
@@ -194,12 +194,12 @@ void setup_model(CLI::App& app, Context& context) {
   CLI::App& model =
       noun(app, "model", "The campaign's models: nominal, geometry, and each named effect added");
   const auto verb = [&](const char* name, const char* what,
-                        ExitCode (*run)(const Options&, Context&)) {
+                        ExitCode (*run)(const ModelOptions&, Context&)) {
     CLI::App& command = *model.add_subcommand(name, what);
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ModelOptions>();
     command.add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
     on_run(command, context, options, run);
-    return std::pair<CLI::App*, Options*>(&command, options.get());
+    return std::pair<CLI::App*, ModelOptions*>(&command, options.get());
   };
   verb("list", "All versions, each with what it leaves of the gap", run_list);
   const char* const which = "Number of the version, or last";

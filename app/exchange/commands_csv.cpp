@@ -18,9 +18,9 @@ constexpr std::array<std::string_view, 10> kPassedOver = {
     "set",  "target_x_mm", "target_y_mm", "target_phi_deg", "x_mm",
     "y_mm", "phi_deg",     "approach_l1", "approach_l2",    "approach_l3"};
 
-class Reader {
+class CommandReader {
  public:
-  explicit Reader(const CsvTable& table) : table_(table) {
+  explicit CommandReader(const CsvTable& table) : table_(table) {
     for (std::size_t k = 0; k < table.header.cells.size(); ++k) add_column(k);
     for (const char* name : kCmd) need(name);
     if (has(kFrom[0]) || has(kFrom[1]) || has(kFrom[2])) {
@@ -120,7 +120,7 @@ std::vector<CommandRow> read_commands_csv(const std::filesystem::path& path,
   const InverseResult home = inverse(mechanism.geometry, mechanism.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
   const CsvTable table = read_csv(path);
-  return Reader(table).rows(home.l_mm);
+  return CommandReader(table).rows(home.l_mm);
 }
 
 }  // namespace trammel

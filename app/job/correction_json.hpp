@@ -1,14 +1,11 @@
 #pragma once
 // Corrections as jobs store them: the same bits come back.
 
-#include <nlohmann/json.hpp>
-
 #include "app/exchange/fields.hpp"
+#include "app/job/json.hpp"
 #include "core/calibrate/correction.hpp"
 
 namespace trammel::job {
-
-using Json = nlohmann::ordered_json;
 
 /// {"kind": "nominal" | "geometry" | "map", …}; lengths mm, angles rad, numbers in full.
 Json correction_json(const Correction& correction);

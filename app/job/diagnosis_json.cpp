@@ -8,10 +8,6 @@ namespace {
 
 constexpr std::size_t kFindings = 8;  // of some three hundred: those that say most
 
-Json optional_json(const std::optional<double>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-
 Json noise_json(const NoiseFloor& noise) {
   Json json = {{"sigma_xy_mm", noise.used.xy_mm},
                {"sigma_phi_deg", deg_from_rad(noise.used.phi_rad)},

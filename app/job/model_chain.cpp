@@ -8,12 +8,6 @@ namespace trammel::job {
 
 namespace {
 
-std::optional<double> number(const Json& json, const char* name) {
-  return json.contains(name) && json[name].is_number()
-             ? std::optional<double>(json[name].get<double>())
-             : std::nullopt;
-}
-
 /// Geometry that is identified by itself: change from nominal with its standard deviation.
 Json geometry_json(const Diagnosis& d) {
   Json all = Json::array();
@@ -75,14 +69,15 @@ void store_model_chain(store::Connection& connection, const store::Job& job) {
         {"correction", step["correction"]},
         {"effects", step["effects"]},
         {"geometry", step.contains("geometry") ? step["geometry"] : Json::array()}};
-    parent = store::add_model(connection, {.campaign_id = job.data.campaign_id,
-                                           .name = step["name"],
-                                           .parent = parent,
-                                           .job_id = job.id,
-                                           .parameters_json = parameters.dump(),
-                                           .identify_rms_mm = number(step, "identify_rms_mm"),
-                                           .validate_rms_mm = number(step, "validate_rms_mm"),
-                                           .noise_floor_mm = number(step, "noise_floor_mm")});
+    parent =
+        store::add_model(connection, {.campaign_id = job.data.campaign_id,
+                                      .name = step["name"],
+                                      .parent = parent,
+                                      .job_id = job.id,
+                                      .parameters_json = parameters.dump(),
+                                      .identify_rms_mm = optional_number(step, "identify_rms_mm"),
+                                      .validate_rms_mm = optional_number(step, "validate_rms_mm"),
+                                      .noise_floor_mm = optional_number(step, "noise_floor_mm")});
   }
   transaction.commit();
 }

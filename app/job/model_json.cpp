@@ -4,8 +4,6 @@ namespace trammel::job {
 
 namespace {
 
-Json optional_json(const auto& value) { return value ? Json(*value) : Json(nullptr); }
-
 Json parameter_json(const ModelParameter& p) {
   return {{"name", p.name}, {"unit", p.unit}, {"value", p.value}, {"std", optional_json(p.std)}};
 }

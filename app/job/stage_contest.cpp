@@ -40,7 +40,7 @@ struct Trial {
   std::string failed;  // why it could not run
 };
 
-Json complete(const Json& given) {
+Json complete_contest(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of the contest");
   Fields f(file);
   const Json all = {{"blocks", f.integer("blocks", 6)}, {"seed", f.integer("seed", 1)}};
@@ -221,7 +221,7 @@ void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign&
   out.words.push_back(floor_verdict(mean_mm, floor_mm));
 }
 
-StageResult run(const Campaign& campaign, const Json& parameters) {
+StageResult run_contest(const Campaign& campaign, const Json& parameters) {
   const std::vector<Reading> rows = identify_rows(campaign);
   if (rows.size() > kMost) {
     throw InputError({.what = "there are too many readings for a contest",
@@ -259,8 +259,8 @@ Stage contest_stage() {
   return {.name = "contest",
           .algorithm_version = 2,
           .what = "all methods on one baseline with the same folds; picks one by a stated rule",
-          .complete = complete,
-          .run = run};
+          .complete = complete_contest,
+          .run = run_contest};
 }
 
 }  // namespace trammel::job

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kMostReplicates = 100000;
 
-Json complete(const Json& given) {
+Json complete_diagnosis(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of diagnose");
   Fields f(file);
   const DiagnoseOptions defaults;
@@ -36,7 +36,7 @@ Campaign in_one_epoch(Campaign campaign) {
   return campaign;
 }
 
-StageResult run(const Campaign& measured, const Json& p) {
+StageResult run_diagnosis(const Campaign& measured, const Json& p) {
   const Campaign campaign = p["epochs"] == "shared" ? in_one_epoch(measured) : measured;
   const Diagnosis d = diagnose(campaign, {.false_alarm = p["false_alarm"].get<double>(),
                                           .inadequate = p["inadequate"].get<double>(),
@@ -55,8 +55,8 @@ Stage diagnose_stage() {
   return {.name = "diagnose",
           .algorithm_version = 1,
           .what = "the discrepancy workflow: which physical effect the model is missing",
-          .complete = complete,
-          .run = run};
+          .complete = complete_diagnosis,
+          .run = run_diagnosis};
 }
 
 }  // namespace trammel::job

@@ -12,7 +12,7 @@ namespace trammel::job {
 
 namespace {
 
-Json complete(const Json& given) {
+Json complete_lsq(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of lsq");
   Fields f(file);
   const Json all = {{"parameters", f.choice("parameters", {"paper-18", "complete-21"}, "paper-18")},
@@ -126,7 +126,7 @@ Json details_of(const LsqResult& result, const NoiseLevel& noise) {
   return details;
 }
 
-StageResult run(const Campaign& campaign, const Json& parameters) {
+StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   const NoiseLevel noise = noise_level(campaign);
   const LsqResult result = identify(campaign.mechanism, identify_rows(campaign), noise.sigma,
                                     options_of(parameters), parameters["steps"].get<int>());
@@ -151,8 +151,8 @@ Stage lsq_stage() {
   return {.name = "lsq",
           .algorithm_version = 2,
           .what = "the paper's linear least squares on all readings, with its rank",
-          .complete = complete,
-          .run = run};
+          .complete = complete_lsq,
+          .run = run_lsq};
 }
 
 }  // namespace trammel::job

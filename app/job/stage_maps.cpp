@@ -32,8 +32,6 @@ Json complete_rbf(const Json& given) {
   return all;
 }
 
-Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
 /// MAE, MSE over all three joints, and both R^2 per joint, of a map on the samples it learned.
 Json training_scores(const JointMap& map, const std::vector<JointSample>& samples) {
   std::vector<double> all_p, all_m;

@@ -19,7 +19,7 @@ constexpr double kAbsorbed = 4.0;  // tolerances: a machined part is not that fa
 constexpr std::size_t kShiftsTold = 3;
 constexpr double kSeed = 1e-6;  // of the usual range: "fit this parameter"
 
-Json complete(const Json& given) {
+Json complete_model(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of the model");
   Fields f(file);
   Json all = {{"effects", f.has("effects") ? f.texts("effects") : std::vector<std::string>{}},
@@ -254,7 +254,7 @@ Stage geometry_stage() {
   return {.name = "geometry",
           .algorithm_version = 2,
           .what = "the complete nonlinear model, with named effects if asked for",
-          .complete = complete,
+          .complete = complete_model,
           .run = run_geometry};
 }
 
@@ -270,7 +270,7 @@ Stage hybrid_stage() {
   return {.name = "hybrid",
           .algorithm_version = 2,
           .what = "the physical model first, a Gaussian process on what it leaves",
-          .complete = complete,
+          .complete = complete_model,
           .run = run_hybrid};
 }
 

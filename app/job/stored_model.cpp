@@ -22,22 +22,17 @@ struct Fitted {
 /// By "group name".
 using FittedByName = std::map<std::string, Fitted>;
 
-std::optional<double> number(const Json& json, const char* name) {
-  return json.contains(name) && json[name].is_number()
-             ? std::optional<double>(json[name].get<double>())
-             : std::nullopt;
-}
-
 FittedByName fitted_of(const Json& parameters) {
   FittedByName all;
   for (const Json& e : parameters.value("effects", Json::array())) {
     all[e["effect"].get<std::string>() + " " + e["name"].get<std::string>()] = {
-        .value = e["value"], .std = number(e, "std")};
+        .value = e["value"], .std = optional_number(e, "std")};
   }
   for (const Json& g : parameters.value("geometry", Json::array())) {
-    all["geometry " + g["name"].get<std::string>()] = {.value = number(g, "change").value_or(0),
-                                                       .std = number(g, "std"),
-                                                       .identified = g["identified"]};
+    all["geometry " + g["name"].get<std::string>()] = {
+        .value = optional_number(g, "change").value_or(0),
+        .std = optional_number(g, "std"),
+        .identified = g["identified"]};
   }
   return all;
 }

@@ -6,7 +6,7 @@ namespace trammel::report {
 
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 ParameterRow parameter_row(const Json& p, const char* value) {
   ParameterRow row;
@@ -19,11 +19,6 @@ ParameterRow parameter_row(const Json& p, const char* value) {
     row.standard_uncertainty = p.at("standard_uncertainty");
   }
   return row;
-}
-
-std::optional<double> optional_number(const Json& value) {
-  if (value.is_null()) return std::nullopt;
-  return value.get<double>();
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #pragma once
 // What a report shows of a job's stored result.
 
+#include <nlohmann/json.hpp>
+#include <optional>
+
 #include "app/report/report.hpp"
 #include "store/job.hpp"
 
@@ -8,5 +11,10 @@ namespace trammel::report {
 
 Identification identification_of(const store::Job& lsq);
 NetworkFit network_of(const store::Job& rbf);
+
+/// A number of the result; none where it is null.
+inline std::optional<double> optional_number(const nlohmann::ordered_json& value) {
+  return value.is_null() ? std::nullopt : std::optional<double>(value.get<double>());
+}
 
 }  // namespace trammel::report

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/report/from_job.hpp"
 #include "app/report/measured.hpp"
 
 namespace trammel::report {
@@ -9,10 +10,6 @@ namespace trammel::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::optional<double> optional_number(const Json& value) {
-  return value.is_null() ? std::nullopt : std::optional<double>(value.get<double>());
-}
 
 std::string joined(const Json& names) {
   std::string text;

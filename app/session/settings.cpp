@@ -6,23 +6,23 @@
 
 namespace trammel::session {
 
-using Json = nlohmann::json;
+using SortedJson = nlohmann::json;
 
 std::string settings_json(const Settings& s) {
-  const Json json = {{"ordinal", s.ordinal},
-                     {"start_s", s.start_s},
-                     {"end_s", s.end_s},
-                     {"approach_mm", s.approach_mm},
-                     {"identity", s.identity},
-                     {"limit_margin_mm", s.check.limit_margin_mm},
-                     {"singularity_margin", s.check.singularity_margin},
-                     {"path_step_mm", s.check.path_step_mm}};
+  const SortedJson json = {{"ordinal", s.ordinal},
+                           {"start_s", s.start_s},
+                           {"end_s", s.end_s},
+                           {"approach_mm", s.approach_mm},
+                           {"identity", s.identity},
+                           {"limit_margin_mm", s.check.limit_margin_mm},
+                           {"singularity_margin", s.check.singularity_margin},
+                           {"path_step_mm", s.check.path_step_mm}};
   return json.dump();
 }
 
 Settings read_settings(const std::string& text) {
   try {
-    const Json json = Json::parse(text);
+    const SortedJson json = SortedJson::parse(text);
     return {.ordinal = json.at("ordinal").get<int>(),
             .start_s = json.at("start_s").get<double>(),
             .end_s = json.at("end_s").get<double>(),
@@ -31,7 +31,7 @@ Settings read_settings(const std::string& text) {
             .check = {.limit_margin_mm = json.at("limit_margin_mm").get<double>(),
                       .singularity_margin = json.at("singularity_margin").get<double>(),
                       .path_step_mm = json.at("path_step_mm").get<double>()}};
-  } catch (const Json::exception& error) {
+  } catch (const SortedJson::exception& error) {
     throw StoreError({.what = "the session's settings cannot be read",
                       .got = error.what(),
                       .hint = "run `trammel db verify`"});
@@ -39,7 +39,7 @@ Settings read_settings(const std::string& text) {
 }
 
 bool has_settings(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const SortedJson json = SortedJson::parse(text, nullptr, false);
   return json.is_object() && json.contains("ordinal");
 }
 

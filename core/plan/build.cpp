@@ -11,7 +11,7 @@ namespace trammel {
 
 namespace {
 
-constexpr std::size_t kMaxPoints = 1000000;
+constexpr std::size_t kMaxPlanned = 1000000;
 
 void require_sensible(const PlanRequest& request) {
   std::size_t poses = 0;
@@ -21,7 +21,7 @@ void require_sensible(const PlanRequest& request) {
     throw InputError({.what = "the plan has no points",
                       .expected = "at least one pose, one orientation and one direction"});
   }
-  if (request.repeats < 1 || per_round > kMaxPoints / static_cast<std::size_t>(request.repeats)) {
+  if (request.repeats < 1 || per_round > kMaxPlanned / static_cast<std::size_t>(request.repeats)) {
     throw InputError({.what = "the plan is not usable",
                       .where = {.field = "repeats"},
                       .got = std::to_string(request.repeats),

@@ -6,7 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths.hpp"
+
 namespace trammel::tests {
+
+/// A campaign of the paper's plan with a hidden drive error, as a folder that can be imported.
+inline const std::string kDriveError = source_folder() + "/tests/support/campaigns/drive-error";
 
 struct Finished {
   int exit_code = 0;  // -1: killed by a signal

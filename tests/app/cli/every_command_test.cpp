@@ -17,6 +17,7 @@
 
 using namespace trammel;
 using tests::Finished;
+using tests::kDriveError;
 using tests::run_program;
 
 namespace {
@@ -54,8 +55,6 @@ std::vector<Command> all_commands() {
   }
   return found;
 }
-
-const std::string kDriveError = tests::source_folder() + "/tests/support/campaigns/drive-error";
 
 /// What each command is given in the prepared laboratory. A new command needs a line here.
 const std::map<std::string, Words>& examples() {

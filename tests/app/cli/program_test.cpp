@@ -11,14 +11,11 @@
 
 using namespace trammel;
 using tests::Finished;
+using tests::kDriveError;
 using tests::run_program;
 using tests::TemporaryFolder;
 
 namespace {
-
-using Json = nlohmann::json;
-
-const std::string kDriveError = tests::source_folder() + "/tests/support/campaigns/drive-error";
 
 /// A folder with a copy of the campaign whose file `name` has `from` replaced by `to`.
 void broken_campaign(const TemporaryFolder& folder, const std::string& name,
@@ -34,7 +31,7 @@ void broken_campaign(const TemporaryFolder& folder, const std::string& name,
 }
 
 /// Every command of the program as the words that name it: {"campaign", "import"}.
-std::vector<std::vector<std::string>> all_commands() {
+std::vector<std::vector<std::string>> every_path() {
   cli::Context context;
   CLI::App app("", "trammel");
   cli::set_up(app, context, cli::commands());
@@ -56,7 +53,7 @@ TEST_CASE("version and help are data on stdout, and help lists the exit codes", 
   CHECK(version.exit_code == 0);
   CHECK_THAT(version.out, Contains("trammel 0."));
   CHECK(version.err.empty());
-  for (std::vector<std::string> words : all_commands()) {
+  for (std::vector<std::string> words : every_path()) {
     words.emplace_back("--help");
     const Finished help = run_program(words, folder.path());
     CAPTURE(words);
@@ -95,13 +92,13 @@ TEST_CASE("with --json an error is one object on stderr", "[cli]") {
   const Finished missing = run_program({"campaign", "import", "nowhere", "--json"}, folder.path());
   CHECK(missing.exit_code == 3);
   CHECK(missing.out.empty());
-  const Json error = Json::parse(missing.err);
+  const nlohmann::json error = nlohmann::json::parse(missing.err);
   CHECK(error.at("schema") == "trammel/error/1");
   CHECK(error.at("kind") == "not_found");
   CHECK(error.at("exit_code") == 3);
   CHECK(error.at("file") == "nowhere");
   const Finished usage = run_program({"reprot", "--json"}, folder.path());
-  CHECK(Json::parse(usage.err).at("kind") == "usage");
+  CHECK(nlohmann::json::parse(usage.err).at("kind") == "usage");
 }
 
 TEST_CASE("bad input ends with 4, names file, line and field, and stores nothing", "[cli]") {
@@ -128,7 +125,7 @@ TEST_CASE("bad input ends with 4, names file, line and field, and stores nothing
     const Finished finished = run_program({"campaign", "import", ".", "--json"}, folder.path());
     CHECK(finished.exit_code == 4);
     CHECK(finished.out.empty());
-    const Json error = Json::parse(finished.err);
+    const nlohmann::json error = nlohmann::json::parse(finished.err);
     CHECK_THAT(error.at("file").get<std::string>(), Contains(bad.file));
     CHECK(error.at("field") == bad.field);
     CHECK((bad.line == 0 ? error.at("line") > 0 : error.at("line") == bad.line));
@@ -149,9 +146,9 @@ TEST_CASE("importing twice stores once, and stdout holds data only", "[cli]") {
   const Finished first = run_program({"campaign", "import", kDriveError, "--json"}, folder.path());
   const Finished again = run_program({"campaign", "import", kDriveError, "--json"}, folder.path());
   CHECK(first.exit_code == 0);
-  CHECK(Json::parse(first.out).at("schema") == "trammel/campaign-import/1");
-  CHECK(Json::parse(first.out).at("already_stored") == false);
-  CHECK(Json::parse(again.out).at("already_stored") == true);
+  CHECK(nlohmann::json::parse(first.out).at("schema") == "trammel/campaign-import/1");
+  CHECK(nlohmann::json::parse(first.out).at("already_stored") == false);
+  CHECK(nlohmann::json::parse(again.out).at("already_stored") == true);
   const Finished text = run_program({"campaign", "import", kDriveError}, folder.path());
   CHECK_THAT(text.err, Contains("next: trammel"));
   CHECK(text.out.find("next:") == std::string::npos);

@@ -14,6 +14,8 @@ using tests::schema_errors;
 
 namespace {
 
+using Json = nlohmann::json;
+
 const std::string kPaper = tests::source_folder() + "/examples/paper/protocol.json";
 constexpr const char* kSchema = "protocol.schema.json";
 
@@ -73,7 +75,6 @@ TEST_CASE("the paper's protocol ends with at most three rounds of suggested poin
 }
 
 TEST_CASE("what the schema refuses the reader refuses, naming the path", "[protocol]") {
-  using Json = nlohmann::json;
   struct Bad {
     Json protocol;
     const char* field;
@@ -125,7 +126,6 @@ TEST_CASE("what the schema refuses the reader refuses, naming the path", "[proto
 }
 
 TEST_CASE("a method's parameters are checked where the protocol is read", "[protocol]") {
-  using Json = nlohmann::json;
   const ErrorText unknown = error_of(changed([](Json& p) {
     p["steps"][1]["parameters"] = {{"colour", 1}};
   }));
@@ -138,7 +138,6 @@ TEST_CASE("a method's parameters are checked where the protocol is read", "[prot
 
 TEST_CASE("a step may only name earlier steps of the right kind, and no name stands twice",
           "[protocol]") {
-  using Json = nlohmann::json;
   CHECK(error_of(changed([](Json& p) { p["steps"][0]["compensate"] = "lsq"; })).where.field ==
         "steps[0].compensate");
   CHECK(error_of(changed([](Json& p) {

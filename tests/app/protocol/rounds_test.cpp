@@ -13,7 +13,7 @@ using tests::run_program;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;
 
 constexpr int kRounds = 3;  // of suggested points, at most
 

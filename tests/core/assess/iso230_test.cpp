@@ -14,7 +14,7 @@ using namespace trammel;
 
 namespace {
 
-std::map<std::string, double> golden_figures() {
+std::map<std::string, double> golden_230() {
   const auto t = tests::read_table("core/assess/golden/iso230_figures.csv");
   std::map<std::string, double> figures;
   for (std::size_t k = 0; k < t.rows.size(); ++k)
@@ -66,7 +66,7 @@ const IsoSymbol& symbol(const Iso230& of, const std::string& name) {
 }  // namespace
 
 TEST_CASE("ISO 230-2 figures are those of a script written apart", "[assess]") {
-  const auto golden = golden_figures();
+  const auto golden = golden_230();
   const auto targets = golden_targets();
   const OneWay up = iso230_one_way(targets, true), down = iso230_one_way(targets, false);
   const BothWays both = iso230_both_ways(targets);

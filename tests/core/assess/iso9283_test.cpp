@@ -12,7 +12,7 @@ using namespace trammel;
 
 namespace {
 
-std::map<std::string, double> golden_figures() {
+std::map<std::string, double> golden_9283() {
   const auto t = tests::read_table("core/assess/golden/iso9283_figures.csv");
   std::map<std::string, double> figures;
   for (std::size_t k = 0; k < t.rows.size(); ++k)
@@ -65,7 +65,7 @@ const IsoSymbol& symbol(const Iso9283& of, const std::string& name) {
 }  // namespace
 
 TEST_CASE("ISO 9283 figures are those of a script written apart", "[assess]") {
-  const auto golden = golden_figures();
+  const auto golden = golden_9283();
   const auto readings = golden_visits();
   const auto poses = pose_visits(readings);
   REQUIRE(poses.size() == 2);

@@ -4,14 +4,14 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/workspace.hpp"
 
 using namespace trammel;
+using tests::kSigma;
 
 namespace {
-
-constexpr TrackerSigma kSigma{0.010, rad_from_deg(0.004)};
 
 /// Readings of a robot with `truth`, on the paper's 80 points, at the given orientations.
 std::vector<Reading> measure(const RobotModel& truth, std::vector<double> phis_deg, Random& random,

@@ -10,7 +10,7 @@ using namespace trammel;
 
 namespace {
 
-Eigen::Vector3d field(double x, double y) {
+Eigen::Vector3d waves(double x, double y) {
   return {0.1 * std::sin(x / 50), 0.05 * std::cos(y / 60), 1e-3 * (x - y)};
 }
 
@@ -20,7 +20,7 @@ std::vector<JointSample> noisy(int n, double noise_mm, std::uint64_t seed) {
   for (int k = 0; k < n; ++k) {
     const double x = random.uniform(-100, 100), y = random.uniform(-100, 100);
     const Eigen::Vector3d r(random.normal(), random.normal(), random.normal());
-    samples.push_back({x, y, field(x, y) + noise_mm * r});
+    samples.push_back({x, y, waves(x, y) + noise_mm * r});
   }
   return samples;
 }
@@ -36,7 +36,7 @@ TEST_CASE("the process finds the noise and predicts below it where nothing was m
   double sum = 0;
   for (int k = 0; k < 200; ++k) {
     const Place at{random.uniform(-90, 90), random.uniform(-90, 90)};
-    sum += (predict(map, at) - field(at.x_mm, at.y_mm)).squaredNorm() / 600;
+    sum += (predict(map, at) - waves(at.x_mm, at.y_mm)).squaredNorm() / 600;
   }
   CHECK(std::sqrt(sum) < 0.6 * kNoise);
 }
@@ -51,7 +51,7 @@ TEST_CASE("twice the stated uncertainty covers the error in about 95 of 100 plac
     for (int k = 0; k < 50; ++k) at.push_back({random.uniform(-90, 90), random.uniform(-90, 90)});
     const auto u = uncertainty_mm(map, at);
     for (std::size_t k = 0; k < at.size(); ++k) {
-      const Eigen::Vector3d miss = predict(map, at[k]) - field(at[k].x_mm, at[k].y_mm);
+      const Eigen::Vector3d miss = predict(map, at[k]) - waves(at[k].x_mm, at[k].y_mm);
       for (int i = 0; i < 3; ++i) {
         covered += std::abs(miss[i]) <= 2 * u[k][i] ? 1 : 0;
         ++all;

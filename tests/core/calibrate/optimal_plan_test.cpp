@@ -6,14 +6,15 @@
 #include "core/error.hpp"
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
+#include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/workspace.hpp"
 
 using namespace trammel;
+using tests::kSigma;
 
 namespace {
 
-constexpr TrackerSigma kSigma{0.010, rad_from_deg(0.004)};
 const std::vector<double> kTurnedRad = {rad_from_deg(-5.0), 0, rad_from_deg(5.0)};
 const std::vector<std::string> kEffects = {"lead_scale", "backlash"};
 
