@@ -17,7 +17,7 @@ constexpr double kHopeless = 6;       // leftover energy below which a tie stays
 constexpr double kSafeMargin = 0.15;  // of the singularity measure
 constexpr double kWeakPrior = 1e-4;   // tolerances are believed this little: keeps N regular
 
-struct Candidate {
+struct Proposal {
   Pose target;
   std::array<int, 3> approach;
   Conditions conditions;
@@ -35,10 +35,9 @@ bool reachable(const Mechanism& mechanism, const Pose& pose, InverseResult& at) 
          kSafeMargin;
 }
 
-std::vector<Candidate> candidates(const Mechanism& mechanism,
-                                  const std::vector<Reading>& readings) {
+std::vector<Proposal> candidates(const Mechanism& mechanism, const std::vector<Reading>& readings) {
   const Reading& last = readings.back();
-  std::vector<Candidate> all;
+  std::vector<Proposal> all;
   for (const double phi_deg : {0.0, -4.0, 4.0}) {
     for (int ix = -2; ix <= 2; ++ix) {
       for (int iy = -2; iy <= 2; ++iy) {
@@ -46,7 +45,7 @@ std::vector<Candidate> candidates(const Mechanism& mechanism,
         InverseResult at;
         if (!reachable(mechanism, pose, at)) continue;
         for (int bits = 0; bits < 8; ++bits) {
-          Candidate c{pose, {}, last.conditions};
+          Proposal c{pose, {}, last.conditions};
           c.conditions.cmd_mm = c.conditions.from_mm = at.l_mm;
           for (int rail = 0; rail < kChains; ++rail) {
             const int direction = bits >> rail & 1 ? 1 : -1;
@@ -201,7 +200,7 @@ struct Search {
 
 Search make_search(const GeometryFit& base, const std::vector<Reading>& readings,
                    const TrackerSigma& sigma, const std::vector<Tie>& ties,
-                   const std::vector<Candidate>& all) {
+                   const std::vector<Proposal>& all) {
   std::vector<Reading> epochs = readings;
   epochs.emplace_back();
   epochs.back().conditions.epoch = readings.back().conditions.epoch + 1;
@@ -211,7 +210,7 @@ Search make_search(const GeometryFit& base, const std::vector<Reading>& readings
     const TieRows rows(base, parameters, sigma, tie);
     search.fits.push_back(imitation_of(rows, readings));
     search.rows.emplace_back();
-    for (const Candidate& c : all) search.rows.back().push_back(rows.at(c.conditions));
+    for (const Proposal& c : all) search.rows.back().push_back(rows.at(c.conditions));
   }
   return search;
 }
@@ -223,7 +222,7 @@ NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>&
   constexpr int kPasses = 2;
   NextPoints plan;
   if (ties.empty() || readings.empty()) return plan;
-  const std::vector<Candidate> all = candidates(base.model.mechanism, readings);
+  const std::vector<Proposal> all = candidates(base.model.mechanism, readings);
   if (all.empty()) return plan;
   Search search = make_search(base, readings, sigma, ties, all);
   plan.energy_before = search.smallest();

@@ -11,7 +11,7 @@ namespace {
 
 /// The error that `action` throws; fails when it throws none.
 template <class Action>
-ErrorText error_of(Action action) {
+ErrorText refusal_of(Action action) {
   try {
     action();
   } catch (const InputError& error) {
@@ -22,7 +22,7 @@ ErrorText error_of(Action action) {
 }
 
 ErrorText parse_error(const std::string& text) {
-  return error_of([&] { (void)parse_json(text, "a.json"); });
+  return refusal_of([&] { (void)parse_json(text, "a.json"); });
 }
 
 }  // namespace
@@ -75,13 +75,13 @@ TEST_CASE("Fields name the path of a wrong type, a missing and an unknown field"
       parse_json("{\"a\": {\"b\": [{\"n\": \"x\"}]},\n \"i\": 1.5, \"u\": 0}", "f");
   Fields top(file);
   Fields b = top.object("a").objects("b").front();
-  const ErrorText wrong = error_of([&] { b.number("n"); });
+  const ErrorText wrong = refusal_of([&] { b.number("n"); });
   CHECK(wrong.where.field == "a.b[0].n");
   CHECK(wrong.where.line == 1);
   CHECK(wrong.got == "\"x\"");
-  CHECK(error_of([&] { b.number("m"); }).where.field == "a.b[0].m");
-  CHECK(error_of([&] { top.integer("i"); }).where.line == 2);
-  const ErrorText unknown = error_of([&] { top.done(); });
+  CHECK(refusal_of([&] { b.number("m"); }).where.field == "a.b[0].m");
+  CHECK(refusal_of([&] { top.integer("i"); }).where.line == 2);
+  const ErrorText unknown = refusal_of([&] { top.done(); });
   CHECK_THAT(unknown.what, Contains("unknown field 'u'"));
   CHECK(unknown.where.line == 2);
   CHECK_NOTHROW(top.integer("u"));
@@ -122,7 +122,7 @@ TEST_CASE("a mechanism with a wrong field is refused by its path", "[exchange]")
   const std::string text = nlohmann::ordered_json{{"mechanism", json}}.dump(1);
   const JsonFile file = parse_json(text, "m.json");
   Fields top(file);
-  const ErrorText error = error_of([&] { (void)read_mechanism(top.object("mechanism")); });
+  const ErrorText error = refusal_of([&] { (void)read_mechanism(top.object("mechanism")); });
   CHECK(error.where.field == "mechanism.chains[1].S_mm");
   CHECK(error.where.line > 1);
 }
