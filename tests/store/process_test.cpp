@@ -49,7 +49,7 @@ int record(const std::filesystem::path& file, Id session, int pipe) {
   for (const Point& point : open_points(db, session)) {
     const Id attempt = begin_attempt(db, session, point.seq, epoch.id);
     finish_attempt(db, attempt, {test::reading_at(point)});
-    if (write(pipe, &point.seq, sizeof point.seq) != sizeof point.seq) return 1;
+    if (::write(pipe, &point.seq, sizeof point.seq) != sizeof point.seq) return 1;
   }
   return 0;
 }
@@ -57,7 +57,7 @@ int record(const std::filesystem::path& file, Id session, int pipe) {
 std::vector<int> acknowledged(int pipe) {
   std::vector<int> seqs;
   int seq = 0;
-  while (read(pipe, &seq, sizeof seq) == sizeof seq) seqs.push_back(seq);
+  while (::read(pipe, &seq, sizeof seq) == sizeof seq) seqs.push_back(seq);
   return seqs;
 }
 

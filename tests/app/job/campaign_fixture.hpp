@@ -16,7 +16,7 @@ inline Campaign paper_campaign(const std::string& name = "paper") {
   campaign.mechanism = paper_mechanism();
   campaign.tracker = kSigma;
   const Geometry truth = random_geometry(random);
-  std::vector<Pose> targets = paper_80();
+  std::vector<Pose> targets = eighty_points();
   for (int k = 0; k < 48; ++k) {
     targets.push_back({random.uniform(-80, 80), random.uniform(-80, 80), 0});
   }

@@ -29,7 +29,7 @@ Json robot(const Json& drive, double sigma_phi_deg) {
 }
 
 /// 80 points, 48 that only judge, then diagnosis and suggested points in turn.
-Json protocol(const Json& approach) {
+Json rounds(const Json& approach) {
   Json first = {{"name", "first"}, {"kind", "measure"}, {"plan", "paper-80"}};
   if (!approach.is_null()) first["approach"] = approach;
   Json steps = {
@@ -90,7 +90,7 @@ TEST_CASE("backlash that one direction of approach hides is found by the points 
           "[protocol]") {
   const std::vector<double> truth = {0.05, 0.04, 0.06};
   const Told told =
-      measured(robot({{"backlash_mm", truth}}, 0.004), protocol(Json::array({1, 1, 1})));
+      measured(robot({{"backlash_mm", truth}}, 0.004), rounds(Json::array({1, 1, 1})));
   REQUIRE(told.story.size() == 2);
   CHECK(told.story[0].at("verdict") == "nothing_missing");  // nothing that could be seen
   CHECK(told.story[0].at("n_next_points") > 0);
@@ -120,7 +120,7 @@ TEST_CASE("two drive errors that a coarse tracker can't tell apart are told apar
       {"axis_crosstalk", "lead_scale", {1.5e-3, -1.2e-3, 1.8e-3, 9e-4, -1.5e-3, 1.35e-3}, {}}};
   for (const Hidden& hidden : all) {
     CAPTURE(hidden.name);
-    const Told told = measured(robot({{hidden.name, hidden.drive}}, 0.055), protocol(nullptr));
+    const Told told = measured(robot({{hidden.name, hidden.drive}}, 0.055), rounds(nullptr));
     REQUIRE(told.story.size() >= 2);
     CHECK(told.story.size() <= kRounds + 1);
     CHECK(told.story[0].at("verdict") == "ambiguous");

@@ -65,7 +65,7 @@ inline std::vector<Reading> measure(const Geometry& truth, const std::vector<Pos
 }
 
 /// The paper's 80 points (axes and diagonals, every 10 mm), all at one orientation.
-inline std::vector<Pose> paper_80(double phi_rad = 0) {
+inline std::vector<Pose> eighty_points(double phi_rad = 0) {
   std::vector<Pose> points;
   for (int k = -10; k <= 10; ++k) {
     if (k == 0) continue;

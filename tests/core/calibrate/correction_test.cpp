@@ -18,7 +18,7 @@ Eigen::Vector3d lie(double x, double y) { return {1e-3 * x, -2e-3 * y, 5e-4 * (x
 
 std::vector<JointSample> lie_samples() {
   std::vector<JointSample> samples;
-  for (const Pose& p : paper_80()) samples.push_back({p.x_mm, p.y_mm, lie(p.x_mm, p.y_mm)});
+  for (const Pose& p : eighty_points()) samples.push_back({p.x_mm, p.y_mm, lie(p.x_mm, p.y_mm)});
   return samples;
 }
 
@@ -69,7 +69,7 @@ TEST_CASE("the reading predicted after compensation is the reading that robot th
           "[calibrate]") {
   Random random(43);
   const Geometry truth = random_geometry(random);
-  for (const Reading& r : measure(truth, paper_80(), random, {1e-12, 1e-12})) {
+  for (const Reading& r : measure(truth, eighty_points(), random, {1e-12, 1e-12})) {
     const Correction correction = GeometryCorrection{truth};
     const ForwardResult predicted = predicted_after(correction, paper_mechanism(), r);
     const auto cmd = commanded(correction, paper_mechanism(), move_of(r));
@@ -124,7 +124,7 @@ TEST_CASE("a hybrid takes out what its model leaves", "[calibrate]") {
   RobotModel poorer = truth;  // lacks the curvature: a map of position can hold it
   poorer.effects.clear();
   std::vector<Reading> readings;
-  for (const Pose& target : paper_80()) {
+  for (const Pose& target : eighty_points()) {
     Reading r;
     r.seq = 1 + static_cast<int>(readings.size());
     r.target = target;

@@ -14,8 +14,8 @@ using tests::kSigma;
 namespace {
 
 /// Readings of a robot with `truth`, on the paper's 80 points, at the given orientations.
-std::vector<Reading> measure(const RobotModel& truth, std::vector<double> phis_deg, Random& random,
-                             double noise = 1) {
+std::vector<Reading> readings_at(const RobotModel& truth, std::vector<double> phis_deg,
+                                 Random& random, double noise = 1) {
   std::vector<Reading> readings;
   const auto nominal = paper_mechanism().geometry;
   for (int k = -10; k <= 10; ++k) {
@@ -44,11 +44,11 @@ TEST_CASE("the complete base has rank 18 once orientation varies and 12 when it 
   Random random(21);
   RobotModel truth = nominal_model(paper_mechanism());
   truth.geometry = tests::random_geometry(random);
-  const auto turned =
-      fit_geometry(nominal_model(paper_mechanism()), measure(truth, {-4, 0, 4}, random), kSigma);
+  const auto turned = fit_geometry(nominal_model(paper_mechanism()),
+                                   readings_at(truth, {-4, 0, 4}, random), kSigma);
   CHECK(turned.identified.rank == 18);
   const auto level =
-      fit_geometry(nominal_model(paper_mechanism()), measure(truth, {0}, random), kSigma);
+      fit_geometry(nominal_model(paper_mechanism()), readings_at(truth, {0}, random), kSigma);
   CHECK(level.identified.rank == 12);
 }
 
@@ -60,8 +60,8 @@ TEST_CASE("poses nobody measured are predicted within their stated uncertainty",
     RobotModel truth = nominal_model(paper_mechanism());
     truth.geometry = tests::random_geometry(random, 2);
     truth.epochs[2] = {{0.05, -0.1, 0.02}, {0.1, -0.05, rad_from_deg(0.02)}};
-    const auto fit =
-        fit_geometry(nominal_model(paper_mechanism()), measure(truth, {-4, 0, 4}, random), kSigma);
+    const auto fit = fit_geometry(nominal_model(paper_mechanism()),
+                                  readings_at(truth, {-4, 0, 4}, random), kSigma);
     REQUIRE(fit.status == GeometryFit::Status::converged);
     CHECK(fit.identified.rank == 24);
     for (int i = 0; i < 25; ++i) {
@@ -88,7 +88,7 @@ TEST_CASE("a robot measured without noise is reproduced to a nanometre", "[calib
   Random random(23);
   RobotModel truth = nominal_model(paper_mechanism());
   truth.geometry = tests::random_geometry(random, 5);
-  const auto readings = measure(truth, {-4, 0, 4}, random, 0);
+  const auto readings = readings_at(truth, {-4, 0, 4}, random, 0);
   const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   CHECK(fit.status == GeometryFit::Status::converged);
   // directions below kLeastSignal stay nominal: they move no reading by a nanometre times their
@@ -100,7 +100,7 @@ TEST_CASE("a fit run twice gives the same bits", "[calibrate]") {
   Random random(24);
   RobotModel truth = nominal_model(paper_mechanism());
   truth.geometry = tests::random_geometry(random);
-  const auto readings = measure(truth, {-4, 0, 4}, random);
+  const auto readings = readings_at(truth, {-4, 0, 4}, random);
   const auto once = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   const auto twice = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   CHECK(once.z == twice.z);
@@ -110,7 +110,7 @@ TEST_CASE("a fit run twice gives the same bits", "[calibrate]") {
 TEST_CASE("Huber's fit is moved by a wrong reading far less than least squares", "[calibrate]") {
   Random random(25);
   RobotModel truth = nominal_model(paper_mechanism());
-  auto readings = measure(truth, {-4, 0, 4}, random);
+  auto readings = readings_at(truth, {-4, 0, 4}, random);
   readings[7].measured->x_mm += 1.0;
   const auto plain = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   const auto robust =
@@ -126,7 +126,7 @@ TEST_CASE("Huber's fit is moved by a wrong reading far less than least squares",
 
 TEST_CASE("unusable input of a fit is refused in words", "[calibrate]") {
   Random random(26);
-  const auto readings = measure(nominal_model(paper_mechanism()), {0}, random);
+  const auto readings = readings_at(nominal_model(paper_mechanism()), {0}, random);
   CHECK_THROWS_AS(fit_geometry(nominal_model(paper_mechanism()), {}, kSigma), InputError);
   CHECK_THROWS_WITH(fit_geometry(nominal_model(paper_mechanism()), readings, {0, 1}),
                     Contains("sigma"));

@@ -59,8 +59,8 @@ TEST_CASE("the paper's grid has rank 12 of 18, 15 with orientation, and 18 of th
           "[calibrate]") {
   Random random(31);
   const Geometry truth = random_geometry(random);
-  const auto flat = measure(truth, paper_80(), random);
-  auto targets = paper_80();
+  const auto flat = measure(truth, eighty_points(), random);
+  auto targets = eighty_points();
   for (Pose& p : targets) p.phi_rad = rad_from_deg(random.uniform(-5, 5));
   const auto turned = measure(truth, targets, random);
 
@@ -79,7 +79,7 @@ TEST_CASE("the paper's grid has rank 12 of 18, 15 with orientation, and 18 of th
 
 TEST_CASE("orientations that only the noise varies do not count as orientations", "[calibrate]") {
   Random random(32);
-  auto targets = paper_80();
+  auto targets = eighty_points();
   for (Pose& p : targets) p.phi_rad = rad_from_deg(0.08) * random.normal();
   const auto readings = measure(paper_mechanism().geometry, targets, random);
   const LsqResult result = identify_linear(paper_mechanism(), readings, kSigma);
@@ -181,7 +181,7 @@ TEST_CASE("a reading under a compensation tells the robot's error, not what is l
           "[calibrate]") {
   Random random(37);
   const Geometry truth = random_geometry(random, 0.3);
-  const auto plain = measure(truth, paper_80(), random, {1e-9, 1e-9});
+  const auto plain = measure(truth, eighty_points(), random, {1e-9, 1e-9});
   auto compensated = plain;  // the same robot, sent by another command to the same targets
   for (Reading& r : compensated) {
     r.conditions.cmd_mm += Displacements(0.2, -0.1, 0.15);

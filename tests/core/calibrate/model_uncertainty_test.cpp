@@ -24,7 +24,7 @@ struct Coverage {
 /// The paper's points at three orientations.
 std::vector<Pose> design() {
   std::vector<Pose> poses;
-  for (const Pose& p : paper_80()) {
+  for (const Pose& p : eighty_points()) {
     poses.push_back(p);
     poses.back().phi_rad = rad_from_deg(static_cast<double>(poses.size() % 3) * 4 - 4);
   }
@@ -120,7 +120,7 @@ TEST_CASE("an effect the model lacks widens the uncertainty of every pose", "[ca
 TEST_CASE("a pose at an orientation that no reading took is as uncertain as the tolerances",
           "[calibrate]") {
   Random random(305);
-  const auto readings = measure(random_geometry(random), paper_80(), random);
+  const auto readings = measure(random_geometry(random), eighty_points(), random);
   const GeometryFit fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   const ModelUncertainty u = model_uncertainty(fit.model, readings, kSigma);
   Conditions level, turned;
