@@ -47,9 +47,12 @@ double Random::normal() {
 }
 
 std::uint64_t Random::below(std::uint64_t n) {
-  const std::uint64_t limit = UINT64_MAX - UINT64_MAX % n;
   std::uint64_t value = engine_();
-  while (value >= limit) value = engine_();
+  // the last, incomplete run of n values is drawn again; few values are near enough to ask
+  if (value >= UINT64_MAX - n) {
+    const std::uint64_t limit = UINT64_MAX - UINT64_MAX % n;
+    while (value >= limit) value = engine_();
+  }
   return value % n;
 }
 

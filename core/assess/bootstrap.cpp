@@ -1,5 +1,7 @@
 #include "core/assess/bootstrap.hpp"
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -19,21 +21,57 @@ void require_pairs(std::span<const double> a, std::span<const double> b) {
                     .got = std::to_string(a.size()) + " and " + std::to_string(b.size())});
 }
 
+constexpr std::size_t kSideBySide = 4;        // resamples: a sum waits for its last addition
+constexpr std::size_t kKeptPicks = 1U << 20;  // 4 MB
+
+using Picks = std::vector<std::uint32_t>;
+
+void draw(Random& random, std::size_t n, std::span<std::uint32_t> picks) {
+  for (std::uint32_t& pick : picks) pick = static_cast<std::uint32_t>(random.below(n));
+}
+
+/// Which points all resamples take, one after the other. They depend on the seed and the number of
+/// points alone: campaigns of an archive share them, and drawing is most of the work.
+const Picks& kept_picks(std::uint64_t seed, std::size_t n, std::size_t replicates) {
+  struct Kept {
+    std::uint64_t seed = 0;
+    std::size_t n = 0;
+    Picks picks = {};
+  };
+  thread_local Kept last;
+  if (last.seed != seed || last.n != n || last.picks.size() != n * replicates) {
+    Random random = Random::stream(seed, "bootstrap");
+    last = {seed, n, Picks(n * replicates)};
+    draw(random, n, last.picks);
+  }
+  return last.picks;
+}
+
 /// The figure of each resample of the pairs' sums.
 template <class Figure>
 Interval resampled(std::span<const double> a, std::span<const double> b, std::uint64_t seed,
                    int replicates, const Figure& figure) {
+  const std::size_t n = a.size(), all = static_cast<std::size_t>(replicates);
+  const bool keep = n * all <= kKeptPicks;
+  const Picks* kept = keep ? &kept_picks(seed, n, all) : nullptr;
   Random random = Random::stream(seed, "bootstrap");
+  Picks drawn(keep ? 0 : kSideBySide * n);
   std::vector<double> figures;
-  for (int r = 0; r < replicates; ++r) {
-    double sum_a = 0, sum_b = 0;
-    for (std::size_t k = 0; k < a.size(); ++k) {
-      const auto pick = static_cast<std::size_t>(random.below(a.size()));
-      sum_a += a[pick];
-      sum_b += b[pick];
+  for (std::size_t r = 0; r < all; r += kSideBySide) {
+    const std::size_t count = std::min(kSideBySide, all - r);
+    if (!keep) draw(random, n, std::span(drawn).first(count * n));
+    const std::uint32_t* group = keep ? kept->data() + r * n : drawn.data();
+    std::array<double, kSideBySide> sum_a{}, sum_b{};
+    for (std::size_t k = 0; k < n; ++k) {
+      for (std::size_t s = 0; s < kSideBySide; ++s) {
+        const std::uint32_t pick = group[std::min(s, count - 1) * n + k];
+        sum_a[s] += a[pick];
+        sum_b[s] += b[pick];
+      }
     }
-    figures.push_back(figure(sum_a, sum_b));
+    for (std::size_t s = 0; s < count; ++s) figures.push_back(figure(sum_a[s], sum_b[s]));
   }
+  std::sort(figures.begin(), figures.end());  // both quantiles find them sorted
   return {quantile(figures, 0.025), quantile(figures, 0.975)};
 }
 
