@@ -25,11 +25,13 @@ void add_summary(Connection& connection, Id job_id, const Statistic& s, const ch
   insert.run();
 }
 
-void add_point(Connection& connection, Id job_id, const JobPoint& p) {
+void add_points(Connection& connection, Id job_id, const std::vector<JobPoint>& points) {
   Statement insert(connection, "INSERT INTO job_point VALUES (?,?,?,?,?,?,?,?,?)");
-  insert << job_id << p.seq << p.in_sample << p.before.x_mm << p.before.y_mm << p.before.phi_rad
-         << p.after.x_mm << p.after.y_mm << p.after.phi_rad;
-  insert.run();
+  for (const JobPoint& p : points) {
+    insert << job_id << p.seq << p.in_sample << p.before.x_mm << p.before.y_mm << p.before.phi_rad
+           << p.after.x_mm << p.after.y_mm << p.after.phi_rad;
+    insert.run();
+  }
 }
 
 Id add_row(Connection& connection, const NewJob& job) {
@@ -106,7 +108,7 @@ Id add_job(Connection& connection, const NewJob& job) {
     add_summary(connection, id, s, "before", s.before);
     add_summary(connection, id, s, "after", s.after);
   }
-  for (const JobPoint& point : job.points) add_point(connection, id, point);
+  add_points(connection, id, job.points);
   seal(connection, "job", id);
   transaction.commit();
   return id;
@@ -117,6 +119,18 @@ std::optional<Job> find_job(Connection& connection, std::string_view key) {
   find << key;
   if (!find.step()) return std::nullopt;
   return get_job(connection, find.integer(0));
+}
+
+bool has_job(Connection& connection, std::string_view key) {
+  Statement find(connection, "SELECT 1 FROM job WHERE key = ?");
+  find << key;
+  return find.step();
+}
+
+std::optional<Id> newest_job(Connection& connection, Id campaign_id, std::string_view stage) {
+  Statement find(connection, "SELECT max(job_id) FROM job WHERE campaign_id = ? AND stage = ?");
+  find << campaign_id << stage;
+  return find.step() ? find.optional_integer(0) : std::nullopt;
 }
 
 Job get_job(Connection& connection, Id job_id) {

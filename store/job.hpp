@@ -67,6 +67,9 @@ Id add_job(Connection& connection, const NewJob& job);
 
 /// The newest run with this key.
 std::optional<Job> find_job(Connection& connection, std::string_view key);
+bool has_job(Connection& connection, std::string_view key);
+/// The campaign's newest job of this stage.
+std::optional<Id> newest_job(Connection& connection, Id campaign_id, std::string_view stage);
 /// @throws NotFoundError
 Job get_job(Connection& connection, Id job_id);
 

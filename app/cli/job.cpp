@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/rerun_all.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
 #include "store/open.hpp"
@@ -14,6 +15,8 @@ struct JobOptions {
   std::string job, other, campaign;
   bool force = false;
   bool dry_run = false;
+  bool all = false;
+  RerunAllOptions sweep;
 };
 
 store::Connection open(const Context& context, store::Access access = store::Access::read_only) {
@@ -173,7 +176,11 @@ ExitCode run_verify(const JobOptions& options, Context& context) {
   return ok ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
-ExitCode run_rerun(const JobOptions& options, Context& context) {
+ExitCode run_rerun_one(const JobOptions& options, Context& context) {
+  if (options.job.empty()) {
+    throw UsageError({.what = "job rerun needs a job, or --all with a stage",
+                      .hint = "see trammel job rerun --help"});
+  }
   store::Connection db =
       open(context, options.dry_run ? store::Access::read_only : store::Access::write);
   job::Request request = job::request_of(db, job::find(db, options.job));
@@ -194,6 +201,11 @@ ExitCode run_rerun(const JobOptions& options, Context& context) {
     context.print(job::job_text(outcome.job, printable(campaign)));
   }
   return ExitCode::ok;
+}
+
+ExitCode run_rerun(const JobOptions& options, Context& context) {
+  if (!options.all) return run_rerun_one(options, context);
+  return run_rerun_all(options.sweep, options.force, options.dry_run, context);
 }
 
 CLI::App& verb(CLI::App& app, const char* name, const char* what) {
@@ -227,9 +239,13 @@ void setup_job(CLI::App& app, Context& context) {
   diff.add_option("other", options->other, which)->required();
   on_run(diff, context, options, run_diff);
   CLI::App& rerun = verb(app, "rerun", "The same calibration on the readings as they are now");
-  rerun.add_option("job", options->job, which)->required();
+  CLI::Option* one = rerun.add_option("job", options->job, which);
   rerun.add_flag("--force", options->force, "store another run although nothing changed");
   rerun.add_flag("--dry-run", options->dry_run, "compute and show, store nothing");
+  CLI::Option* all =
+      rerun.add_flag("--all", options->all, "every campaign of the database instead of one job");
+  one->excludes(all);
+  setup_rerun_all(rerun, *all, options->sweep);
   on_run(rerun, context, options, run_rerun);
 }
 

@@ -245,6 +245,24 @@ store::NewJob compute(store::Connection& connection, const Request& request) {
   return computed(load(connection, request));
 }
 
+std::optional<Computation> compute_new(store::Connection& connection, const Request& request) {
+  // before the readings: one more between the two is found by still_holds
+  Computation computation;
+  const store::Id campaign = store::require_campaign(connection, request.campaign).id;
+  computation.readings_head = store::chain_head(connection, campaign);
+  computation.n_exclusions = store::exclusions(connection, campaign).size();
+  const Inputs in = load(connection, request);
+  if (!request.force && store::has_job(connection, in.key.key)) return std::nullopt;
+  computation.job = computed(in);
+  return computation;
+}
+
+bool still_holds(store::Connection& connection, const Computation& computation) {
+  const store::Id campaign = computation.job.campaign_id;
+  return store::chain_head(connection, campaign) == computation.readings_head &&
+         store::exclusions(connection, campaign).size() == computation.n_exclusions;
+}
+
 store::JobKey key_of(store::Connection& connection, const Request& request) {
   return load(connection, request).key;
 }

@@ -8,6 +8,7 @@
 #include "app/job/stages.hpp"
 #include "store/campaign.hpp"
 #include "store/job.hpp"
+#include "store/reading.hpp"
 
 namespace trammel::job {
 
@@ -35,6 +36,20 @@ Outcome run(store::Connection& connection, const Request& request);
 
 /// What `run` would store, without storing it.
 store::NewJob compute(store::Connection& connection, const Request& request);
+
+/// A job that is not stored yet, and what it was computed from.
+struct Computation {
+  store::NewJob job;
+  store::Sha256 readings_head = {};  // the end of the campaign's chain
+  std::size_t n_exclusions = 0;      // of the campaign
+};
+
+/// What `run` would store; nothing where a job of its key is stored and the request does not force.
+std::optional<Computation> compute_new(store::Connection& connection, const Request& request);
+
+/// The campaign has the readings and exclusions that the job was computed from. What is stored
+/// stays as it is: more of it is the only change there can be.
+bool still_holds(store::Connection& connection, const Computation& computation);
 
 /// The key `run` would store under, on the readings as they are now.
 store::JobKey key_of(store::Connection& connection, const Request& request);

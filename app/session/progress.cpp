@@ -29,15 +29,19 @@ std::string Progress::time_left() const {
 }
 
 void Progress::stored(double deviation_mm) {
-  ++done_;
-  if (quiet_) return;
-  const std::string line = fmt::format("{}/{}, {} left, last deviation {:.4f} mm", done_, total_,
-                                       time_left(), deviation_mm);
+  reached(done_ + 1, fmt::format(", last deviation {:.4f} mm", deviation_mm));
+}
+
+void Progress::reached(int done, const std::string& note) {
+  const int before = done_;
+  done_ = done;
+  if (quiet_ || done == before) return;
+  const std::string line = fmt::format("{}/{}, {} left{}", done_, total_, time_left(), note);
   if (terminal_) {
     const auto full = static_cast<std::size_t>(kBarWidth * done_ / total_);
     const std::string bar = std::string(full, '#') + std::string(kBarWidth - full, '.');
     fmt::print(stderr, "\r[{}] {}\x1b[K", bar, line);
-  } else if (done_ == total_ || done_ * kLines / total_ != (done_ - 1) * kLines / total_) {
+  } else if (done_ == total_ || done_ * kLines / total_ != before * kLines / total_) {
     fmt::print(stderr, "{}\n", line);
   }
 }

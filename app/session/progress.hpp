@@ -12,6 +12,8 @@ class Progress {
   /// `quiet`: nothing at all. `already`: points stored by earlier runs.
   Progress(bool quiet, bool terminal, int already, int total);
 
+  /// `done` of the total are done, and what else there is to say.
+  void reached(int done, const std::string& note = {});
   /// One more point is stored; its pose was `deviation_mm` off the target.
   void stored(double deviation_mm);
   /// Ends the bar's line.

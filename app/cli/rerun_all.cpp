@@ -1,0 +1,93 @@
+#include "app/cli/rerun_all.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "app/job/rerun_all.hpp"
+#include "app/session/progress.hpp"
+#include "app/session/stop_signal.hpp"
+#include "store/open.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+job::Json parameters_of(const std::string& text) {
+  if (text.empty()) return nullptr;
+  job::Json parameters = job::Json::parse(text, nullptr, false);
+  if (parameters.is_object()) return parameters;
+  throw InputError({.what = "the parameters are no JSON object",
+                    .where = {.field = "--parameters"},
+                    .got = text,
+                    .expected = R"(an object, as {"steps": 10})"});
+}
+
+}  // namespace
+
+void setup_rerun_all(CLI::App& rerun, CLI::Option& all, RerunAllOptions& options) {
+  rerun.add_option("--stage", options.stage, "the calibration: lsq, geometry, idw, ...")
+      ->needs(&all);
+  rerun.add_option("--where", options.where, "SQL condition on the table campaign")->needs(&all);
+  rerun
+      .add_option("--parameters", options.parameters,
+                  "of the stage, as JSON (default: those of each campaign's newest job)")
+      ->needs(&all);
+  rerun.add_option("--threads", options.threads, "that compute (default: one per core)")
+      ->needs(&all)
+      ->check(CLI::Range(1U, 256U));
+}
+
+ExitCode run_rerun_all(const RerunAllOptions& options, bool force, bool dry_run, Context& context) {
+  if (options.stage.empty()) {
+    throw UsageError({.what = "job rerun --all needs --stage",
+                      .hint = "as in: trammel job rerun --all --stage lsq"});
+  }
+  store::Connection db =
+      store::open(context.db(), dry_run ? store::Access::read_only : store::Access::write);
+  session::count_stop_signals();
+  std::optional<session::Progress> bar;
+  const job::SweepResult result =
+      job::rerun_all(db, {.stage = options.stage,
+                          .where = options.where,
+                          .parameters = parameters_of(options.parameters),
+                          .force = force,
+                          .dry_run = dry_run,
+                          .threads = options.threads,
+                          .stop = [] { return session::stop_signals() > 0; },
+                          .progress =
+                              [&](int done, int total) {
+                                if (!bar)
+                                  bar.emplace(context.quiet, isatty(STDERR_FILENO) == 1, 0, total);
+                                bar->reached(done);
+                              }});
+  if (bar) bar->end();
+  job::Json failed = job::Json::array();
+  for (const job::SweepFailure& f : result.failed) {
+    failed.push_back({{"campaign", f.campaign}, {"error", f.text}});
+  }
+  if (context.json) {
+    context.print("job-rerun-all", {{"stage", options.stage},
+                                    {"campaigns", result.campaigns},
+                                    {"computed", result.computed},
+                                    {"reused", result.reused},
+                                    {"failed", failed},
+                                    {"stopped", result.stopped},
+                                    {"dry_run", dry_run}});
+  } else {
+    std::string text =
+        fmt::format("{} on {} campaigns: {} {}, {} reused, {} failed", options.stage,
+                    result.campaigns, result.computed, dry_run ? "would be stored" : "stored",
+                    result.reused, result.failed.size());
+    for (const job::SweepFailure& f : result.failed) {
+      text += fmt::format("\n  {}: {}", printable(f.campaign), printable(f.text));
+    }
+    context.print(text);
+  }
+  if (result.stopped) {
+    context.say("stopped: the same command goes on from here");
+    return ExitCode::interrupted;
+  }
+  return result.failed.empty() ? ExitCode::ok : ExitCode::not_acceptable;
+}
+
+}  // namespace trammel::cli

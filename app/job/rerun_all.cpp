@@ -1,0 +1,185 @@
+#include "app/job/rerun_all.hpp"
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "store/open.hpp"
+#include "store/query.hpp"
+#include "store/transaction.hpp"
+
+namespace trammel::job {
+
+namespace {
+
+constexpr std::size_t kBatch = 64;     // jobs a commit
+constexpr std::size_t kWaiting = 256;  // found and not yet stored: threads wait beyond
+
+/// What a thread has found about a campaign: a job, or that one is known, or why there is none.
+struct Found {
+  std::string campaign;
+  std::optional<Computation> job = {};
+  std::string failure = {};
+};
+
+/// Jobs on their way from the threads that compute to the one that writes.
+class Belt {
+ public:
+  explicit Belt(unsigned producers) : producers_(producers) {}
+
+  /// False when nobody takes any more.
+  bool put(Found found) {
+    std::unique_lock lock(mutex_);
+    room_.wait(lock, [this] { return waiting_.size() < kWaiting || closed_; });
+    if (closed_) return false;
+    waiting_.push_back(std::move(found));
+    if (waiting_.size() >= kBatch) some_.notify_one();
+    return true;
+  }
+  void producer_ends() {
+    const std::scoped_lock lock(mutex_);
+    --producers_;
+    some_.notify_one();
+  }
+  /// A batch, or what is left at the end; empty: there is no more.
+  std::deque<Found> take() {
+    std::unique_lock lock(mutex_);
+    some_.wait(lock, [this] { return waiting_.size() >= kBatch || producers_ == 0; });
+    std::deque<Found> batch;
+    while (!waiting_.empty() && batch.size() < kBatch) {
+      batch.push_back(std::move(waiting_.front()));
+      waiting_.pop_front();
+    }
+    room_.notify_all();
+    return batch;
+  }
+  void close() {
+    const std::scoped_lock lock(mutex_);
+    closed_ = true;
+    room_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable some_, room_;
+  std::deque<Found> waiting_;
+  unsigned producers_;
+  bool closed_ = false;
+};
+
+struct Chosen {
+  store::Id id = 0;
+  std::string name;
+};
+
+/// The condition is a stranger's SQL: it is asked through a connection that can only read.
+std::vector<Chosen> chosen_campaigns(const std::filesystem::path& file, const std::string& where) {
+  constexpr std::chrono::seconds kLimit{30};
+  store::Connection reader = store::open(file, store::Access::read_only);
+  store::Query query(
+      reader, "SELECT campaign_id, name FROM campaign WHERE (" + where + "\n) ORDER BY campaign_id",
+      kLimit);
+  std::vector<Chosen> all;
+  while (const auto row = query.next()) {
+    all.push_back({std::get<std::int64_t>(row->at(0)), std::get<std::string>(row->at(1))});
+  }
+  return all;
+}
+
+Request request_for(store::Connection& connection, const Sweep& sweep, const Chosen& campaign) {
+  Request request{.campaign = campaign.name, .stage = sweep.stage, .force = sweep.force};
+  if (const auto id = store::newest_job(connection, campaign.id, sweep.stage)) {
+    const Request earlier = request_of(connection, store::get_job(connection, *id));
+    request.parameters = earlier.parameters;
+    request.sessions = earlier.sessions;
+  }
+  if (!sweep.parameters.is_null()) request.parameters = sweep.parameters;
+  return request;
+}
+
+Found find(store::Connection& connection, const Sweep& sweep, const Chosen& campaign) {
+  Found found{.campaign = campaign.name};
+  try {
+    found.job = compute_new(connection, request_for(connection, sweep, campaign));
+  } catch (const StoreError&) {
+    throw;
+  } catch (const Error& error) {
+    found.failure = describe(error.text());
+  }
+  return found;
+}
+
+/// Stores a batch in one transaction; what changed under a job fails it.
+void store_batch(store::Connection& connection, const std::deque<Found>& batch, bool dry_run,
+                 SweepResult& result) {
+  std::optional<store::Transaction> transaction;
+  if (!dry_run) transaction.emplace(connection);
+  int computed = 0, reused = 0;
+  for (const Found& found : batch) {
+    if (!found.failure.empty()) {
+      result.failed.push_back({found.campaign, found.failure});
+    } else if (!found.job) {
+      ++reused;
+    } else if (!dry_run && !still_holds(connection, *found.job)) {
+      result.failed.push_back({found.campaign, "the readings changed while they were calibrated"});
+    } else {
+      if (!dry_run) store::add_job(connection, found.job->job);
+      ++computed;
+    }
+  }
+  if (transaction) transaction->commit();
+  result.computed += computed;
+  result.reused += reused;
+}
+
+}  // namespace
+
+SweepResult rerun_all(store::Connection& connection, const Sweep& sweep) {
+  const Stage& stage = find_stage(sweep.stage);
+  if (!sweep.parameters.is_null()) static_cast<void>(stage.complete(sweep.parameters));
+  const std::vector<Chosen> campaigns = chosen_campaigns(connection.file(), sweep.where);
+  SweepResult result{.campaigns = static_cast<int>(campaigns.size()), .failed = {}};
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  const unsigned n_threads = sweep.threads > 0 ? sweep.threads : cores;
+
+  Belt belt(n_threads);
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> stop{false};
+  std::exception_ptr broken;
+  std::mutex broken_mutex;
+  const auto produce = [&] {
+    try {
+      store::Connection reader = store::open(connection.file(), store::Access::read_only);
+      for (std::size_t k = next++; k < campaigns.size() && !stop; k = next++) {
+        if (!belt.put(find(reader, sweep, campaigns[k]))) break;
+      }
+    } catch (...) {
+      const std::scoped_lock lock(broken_mutex);
+      broken = std::current_exception();
+      stop = true;
+    }
+    belt.producer_ends();
+  };
+  std::vector<std::jthread> threads;
+  for (unsigned t = 0; t < n_threads; ++t) threads.emplace_back(produce);
+  try {
+    for (auto batch = belt.take(); !batch.empty(); batch = belt.take()) {
+      store_batch(connection, batch, sweep.dry_run, result);
+      sweep.progress(result.computed + result.reused + static_cast<int>(result.failed.size()),
+                     result.campaigns);
+      if (!result.stopped && sweep.stop()) result.stopped = stop = true;
+    }
+  } catch (...) {
+    stop = true;
+    belt.close();
+    throw;  // the threads end with `threads`
+  }
+  threads.clear();
+  if (broken) std::rethrow_exception(broken);
+  return result;
+}
+
+}  // namespace trammel::job
