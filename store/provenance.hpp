@@ -10,7 +10,7 @@ struct Provenance {
   std::string git_revision;
   std::string compiler;
   std::string libraries;
-  std::string cpu_level;  // x86-64-v3 where AVX2, FMA and BMI2 are there, else x86-64
+  std::string cpu_level;  // x86-64-v4, x86-64-v3 or x86-64: the kernels that ran
 };
 Provenance this_program();
 

@@ -135,7 +135,7 @@ Stage idw_stage() {
 
 Stage rbf_stage() {
   return {.name = "rbf",
-          .algorithm_version = 1,
+          .algorithm_version = 2,
           .what = "a Gaussian network of joint errors",
           .complete = complete_rbf,
           .run = run_rbf};

@@ -1,44 +1,51 @@
 #include "core/calibrate/idw.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <string>
 
 #include "core/error.hpp"
+#include "core/lanes.hpp"
 
 namespace trammel {
 
 namespace {
 
-constexpr std::size_t kLanes = 8;       // queries side by side: the compiler vectorises over them
 constexpr double kOnSampleMm2 = 1e-24;  // closer than 1e-12 mm is on the sample
 
-/// 1 / d^power from d^2, without std::pow for the powers in use.
+/// 1 / d^power from d^2, of one number or of lanes, without std::pow for the powers in use.
 struct WeightSquare {
-  double operator()(double d2) const { return 1.0 / d2; }
+  template <class T>
+  T operator()(const T& d2) const {
+    return 1.0 / d2;
+  }
 };
 struct WeightEven {
   int half;
-  double operator()(double d2) const {
-    double product = d2;
+  template <class T>
+  T operator()(const T& d2) const {
+    T product = d2;
     for (int k = 1; k < half; ++k) product *= d2;
     return 1.0 / product;
   }
 };
 struct WeightOdd {
   int half;  // power = 2 half + 1
-  double operator()(double d2) const {
-    double product = std::sqrt(d2);
+  template <class T>
+  T operator()(const T& d2) const {
+    T product = each(d2, [](double x) { return std::sqrt(x); });
     for (int k = 0; k < half; ++k) product *= d2;
     return 1.0 / product;
   }
 };
 struct WeightAny {
   double power;
-  double operator()(double d2) const { return std::exp(-0.5 * power * std::log(d2)); }
+  template <class T>
+  T operator()(const T& d2) const {
+    return each(d2, [this](double x) { return std::exp(-0.5 * power * std::log(x)); });
+  }
 };
 
 template <class Run>
@@ -64,47 +71,59 @@ double squared_distance(const IdwMap& map, std::size_t k, Place at) {
   return dx * dx + dy * dy;
 }
 
-Eigen::Vector3d nearest_sample(const IdwMap& map, Place at) {
+std::size_t nearest(const IdwMap& map, Place at) {
   std::size_t best = 0;
   for (std::size_t k = 1; k < map.x_mm.size(); ++k) {
     if (squared_distance(map, k, at) < squared_distance(map, best, at)) best = k;
   }
-  return sample(map, best);
+  return best;
 }
 
-/// All samples, kLanes queries at once; n <= kLanes of them count.
+/// The plain sum of one query, for those that the blocks cannot weigh.
 template <class Weight>
-void predict_block(const IdwMap& map, const Weight& weight, const Place* at, std::size_t n,
-                   Eigen::Vector3d* out) {
-  std::array<double, kLanes> qx, qy, sum{}, s1{}, s2{}, s3{}, closest;
-  closest.fill(std::numeric_limits<double>::infinity());
-  for (std::size_t j = 0; j < kLanes; ++j) {
-    qx[j] = at[std::min(j, n - 1)].x_mm;
-    qy[j] = at[std::min(j, n - 1)].y_mm;
+Eigen::Vector3d predict_alone(const IdwMap& map, const Weight& weigh, Place at) {
+  const std::size_t closest = nearest(map, at);
+  if (squared_distance(map, closest, at) <= kOnSampleMm2) return sample(map, closest);
+  double sum = 0;
+  Eigen::Vector3d total = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < map.x_mm.size(); ++k) {
+    const double w = weigh(squared_distance(map, k, at));
+    sum += w;
+    total += w * sample(map, k);
+  }
+  return total / sum;
+}
+
+/// All samples, n queries side by side.
+template <int n, class Weight>
+void predict_block(const IdwMap& map, const Weight& weigh, const Place* at, Eigen::Vector3d* out) {
+  Real<n> x, y, w = {}, e1 = {}, e2 = {}, e3 = {};
+  for (std::size_t j = 0; j < n; ++j) {
+    x[j] = at[j].x_mm;
+    y[j] = at[j].y_mm;
   }
   for (std::size_t k = 0; k < map.x_mm.size(); ++k) {
-    const double x = map.x_mm[k], y = map.y_mm[k];
-    const double e1 = map.e1_mm[k], e2 = map.e2_mm[k], e3 = map.e3_mm[k];
-    for (std::size_t j = 0; j < kLanes; ++j) {
-      const double dx = qx[j] - x, dy = qy[j] - y;
-      const double d2 = dx * dx + dy * dy;
-      const double w = weight(d2);
-      closest[j] = d2 < closest[j] ? d2 : closest[j];
-      sum[j] += w;
-      s1[j] += w * e1;
-      s2[j] += w * e2;
-      s3[j] += w * e3;
-    }
+    const Real<n> dx = x - map.x_mm[k], dy = y - map.y_mm[k];
+    const Real<n> weight = weigh(Real<n>(dx * dx + dy * dy));
+    w += weight;
+    e1 += weight * map.e1_mm[k];
+    e2 += weight * map.e2_mm[k];
+    e3 += weight * map.e3_mm[k];
   }
+  e1 /= w;
+  e2 /= w;
+  e3 /= w;
+  const double on_sample = weigh(kOnSampleMm2);
   for (std::size_t j = 0; j < n; ++j) {
-    out[j] = closest[j] <= kOnSampleMm2 ? nearest_sample(map, at[j])
-                                        : Eigen::Vector3d(s1[j], s2[j], s3[j]) / sum[j];
+    // on a sample, or out of a double's range: not less, or not a number
+    out[j] = w[j] < on_sample && w[j] > 0 ? Eigen::Vector3d(e1[j], e2[j], e3[j])
+                                          : predict_alone(map, weigh, at[j]);
   }
 }
 
 /// The nearest few only: `order` is scratch of the map's size.
 template <class Weight>
-Eigen::Vector3d predict_local(const IdwMap& map, const Weight& weight, Place at,
+Eigen::Vector3d predict_local(const IdwMap& map, const Weight& weigh, Place at,
                               std::vector<std::size_t>& order) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto closer = [&](std::size_t a, std::size_t b) {
@@ -117,7 +136,7 @@ Eigen::Vector3d predict_local(const IdwMap& map, const Weight& weight, Place at,
   double sum = 0;
   Eigen::Vector3d total = Eigen::Vector3d::Zero();
   for (auto k = order.begin(); k != last; ++k) {
-    const double w = weight(squared_distance(map, *k, at));
+    const double w = weigh(squared_distance(map, *k, at));
     sum += w;
     total += w * sample(map, *k);
   }
@@ -156,19 +175,22 @@ IdwMap fit_idw(std::span<const JointSample> samples, const IdwOptions& options) 
   return map;
 }
 
-void predict(const IdwMap& map, std::span<const Place> at, std::span<Eigen::Vector3d> errors_mm) {
+void predict(const IdwMap& map, std::span<const Place> at, std::span<Eigen::Vector3d> errors_mm,
+             CpuLevel level) {
   TRAMMEL_ASSERT(at.size() == errors_mm.size());
-  with_weight(map.options.power, [&](const auto& weight) {
+  with_weight(map.options.power, [&](const auto& weigh) {
     if (map.options.neighbours > 0) {
       std::vector<std::size_t> order(map.x_mm.size());
       for (std::size_t q = 0; q < at.size(); ++q) {
-        errors_mm[q] = predict_local(map, weight, at[q], order);
+        errors_mm[q] = predict_local(map, weigh, at[q], order);
       }
       return;
     }
-    for (std::size_t q = 0; q < at.size(); q += kLanes) {
-      predict_block(map, weight, &at[q], std::min(kLanes, at.size() - q), &errors_mm[q]);
-    }
+    at_level(level, [&]<int n>() {
+      in_blocks<n>(at, errors_mm, [&](const Place* from, Eigen::Vector3d* to) {
+        predict_block<n>(map, weigh, from, to);
+      });
+    });
   });
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/calibrate/joint_error.hpp"
+#include "core/cpu_level.hpp"
 
 namespace trammel {
 
@@ -41,7 +42,9 @@ Eigen::Vector3d predict(const IdwMap& map, Place at);
 /// and for fewer than five places.
 IdwOptions tune_idw(std::span<const JointSample> samples);
 
-/// The same for many places, blockwise; bit-identical to one call each.
-void predict(const IdwMap& map, std::span<const Place> at, std::span<Eigen::Vector3d> errors_mm);
+/// The same for many places, side by side; bit-identical to one call each, and on every level of
+/// CPU where the power is whole (idw_test.cpp).
+void predict(const IdwMap& map, std::span<const Place> at, std::span<Eigen::Vector3d> errors_mm,
+             CpuLevel level = cpu_level());
 
 }  // namespace trammel

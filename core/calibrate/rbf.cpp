@@ -7,13 +7,14 @@
 
 #include "core/calibrate/kmeans.hpp"
 #include "core/error.hpp"
+#include "core/lanes.hpp"
 
 namespace trammel {
 
 namespace {
 
 constexpr double kGridFirstMm = 10, kGridLastMm = 640;
-constexpr Eigen::Index kBlock = 64;  // queries per block: the activations stay in the first cache
+constexpr double kLog2OfE = 1.44269504088896340736;
 
 using Errors = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
@@ -96,6 +97,30 @@ void choose_spread(const Problem& problem, RbfTraining& training) {
   training.at_grid_end = best == training.trials.begin() || best + 1 == training.trials.end();
 }
 
+/// n queries side by side. scale_j = -log2(e) / sigma_j^2.
+template <int n>
+void predict_block(const RbfNetwork& network, const double* scale, const Place* at,
+                   Eigen::Vector3d* out) {
+  const Eigen::Index m = network.cx_mm.size();
+  const double *cx = network.cx_mm.data(), *cy = network.cy_mm.data();
+  const double *w1 = network.weights_mm.data(), *w2 = w1 + m, *w3 = w2 + m;
+  Real<n> x, y, s1 = {}, s2 = {}, s3 = {};
+  for (std::size_t j = 0; j < n; ++j) {
+    x[j] = at[j].x_mm;
+    y[j] = at[j].y_mm;
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Real<n> dx = x - cx[k], dy = y - cy[k];
+    const Real<n> activation = exp2_of_negative<n>((dx * dx + dy * dy) * scale[k]);
+    s1 += activation * w1[k];
+    s2 += activation * w2[k];
+    s3 += activation * w3[k];
+  }
+  for (std::size_t j = 0; j < n; ++j) {
+    out[j] = Eigen::Vector3d(s1[j], s2[j], s3[j]) + network.bias_mm;
+  }
+}
+
 }  // namespace
 
 std::vector<double> spread_grid_mm() {
@@ -137,24 +162,14 @@ RbfTraining train_rbf(std::span<const JointSample> samples, const RbfOptions& op
 }
 
 void predict(const RbfNetwork& network, std::span<const Place> at,
-             std::span<Eigen::Vector3d> errors_mm) {
+             std::span<Eigen::Vector3d> errors_mm, CpuLevel level) {
   TRAMMEL_ASSERT(at.size() == errors_mm.size());
-  const Eigen::Index m = network.cx_mm.size();
-  const Eigen::ArrayXd scale = -1.0 / network.sigma_mm.square();
-  Eigen::ArrayXXd activation(m, kBlock);
-  for (std::size_t first = 0; first < at.size(); first += static_cast<std::size_t>(kBlock)) {
-    const auto n = std::min(kBlock, static_cast<Eigen::Index>(at.size() - first));
-    for (Eigen::Index q = 0; q < n; ++q) {
-      const Place p = at[first + static_cast<std::size_t>(q)];
-      activation.col(q) =
-          ((network.cx_mm - p.x_mm).square() + (network.cy_mm - p.y_mm).square()) * scale;
-    }
-    activation.leftCols(n) = activation.leftCols(n).exp();
-    const Eigen::Matrix3Xd sums = network.weights_mm.transpose() * activation.leftCols(n).matrix();
-    for (Eigen::Index q = 0; q < n; ++q) {
-      errors_mm[first + static_cast<std::size_t>(q)] = sums.col(q) + network.bias_mm;
-    }
-  }
+  const Eigen::ArrayXd scale = -kLog2OfE / network.sigma_mm.square();
+  at_level(level, [&]<int n>() {
+    in_blocks<n>(at, errors_mm, [&](const Place* from, Eigen::Vector3d* to) {
+      predict_block<n>(network, scale.data(), from, to);
+    });
+  });
 }
 
 Eigen::Vector3d predict(const RbfNetwork& network, Place at) {

@@ -20,9 +20,10 @@ struct RbfNetwork {
 /// Joint errors at a place. Proof: golden numbers to 1e-12 (rbf_test.cpp).
 Eigen::Vector3d predict(const RbfNetwork& network, Place at);
 
-/// The same for many places, blockwise.
+/// The same for many places, side by side; bit-identical to one call each, and on every level of
+/// CPU (rbf_test.cpp).
 void predict(const RbfNetwork& network, std::span<const Place> at,
-             std::span<Eigen::Vector3d> errors_mm);
+             std::span<Eigen::Vector3d> errors_mm, CpuLevel level = cpu_level());
 
 struct RbfOptions {
   int neurons = 50;

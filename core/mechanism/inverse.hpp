@@ -36,15 +36,4 @@ InverseResult inverse(const Geometry& geometry, const Pose& pose);
 /// The same for a grid of poses, chain by chain; results in the order of `poses`.
 std::vector<InverseResult> inverse(const Geometry& geometry, std::span<const Pose> poses);
 
-/// Displacements alone, for tables of many poses: (4) in each rail's own frame, several poses side
-/// by side, sine and cosine of phi taken once a pose for all chains.
-///
-/// @return  the index of the first pose out of reach, whose `l_mm` and that of every other pose out
-///          of reach is not a number; poses.size() when all are reached
-/// Within 1e-11 mm of single calls, whose angles are added before the cosine is taken; the same
-/// bits for a pose wherever it stands in the batch (inverse_test.cpp).
-[[nodiscard]] std::size_t inverse_displacements(const Geometry& geometry,
-                                                std::span<const Pose> poses,
-                                                std::span<Displacements> l_mm);
-
 }  // namespace trammel

@@ -7,9 +7,13 @@
 #include "core/calibrate/idw.hpp"
 #include "core/calibrate/lsq.hpp"
 #include "core/calibrate/rbf.hpp"
+#include "core/mechanism/displacements.hpp"
 #include "core/plan/grids.hpp"
 #include "core/random.hpp"
 #include "core/units.hpp"
+#include "store/campaign.hpp"
+#include "store/open.hpp"
+#include "store/transaction.hpp"
 #include "tests/bench/bench.hpp"
 #include "tests/support/workspace.hpp"
 
@@ -36,22 +40,52 @@ std::vector<Reading> readings(const Path& folder) {
   return all;
 }
 
-void make_inputs(const Path& folder) {
-  Random random(2024);
+/// The paper's 80 points at three orientations, read on a robot with machining errors.
+std::vector<Reading> measured(Random& random) {
   const Geometry truth = tests::random_geometry(random);
   const Mechanism nominal = paper_mechanism();
-  std::vector<double> rows;
-  int k = 0;
+  std::vector<Reading> all;
   for (Pose target : paper_80()) {
-    target.phi_rad = rad_from_deg(4.0 * (k++ % 3 - 1));
+    target.phi_rad = rad_from_deg(4.0 * (static_cast<int>(all.size()) % 3 - 1));
     const Displacements l = inverse(nominal.geometry, target).l_mm;
     const Pose at = forward(truth, l).pose;
-    for (const double v : l) rows.push_back(v);
-    rows.push_back(at.x_mm + kSigma.xy_mm * random.normal());
-    rows.push_back(at.y_mm + kSigma.xy_mm * random.normal());
-    rows.push_back(at.phi_rad + kSigma.phi_rad * random.normal());
+    Reading r;
+    r.seq = static_cast<int>(all.size()) + 1;
+    r.target = target;
+    r.conditions.cmd_mm = r.conditions.from_mm = l;
+    r.measured =
+        Pose{at.x_mm + kSigma.xy_mm * random.normal(), at.y_mm + kSigma.xy_mm * random.normal(),
+             at.phi_rad + kSigma.phi_rad * random.normal()};
+    all.push_back(r);
+  }
+  return all;
+}
+
+void make_inputs(const Path& folder) {
+  Random random(2024);
+  std::vector<double> rows;
+  for (const Reading& r : measured(random)) {
+    for (const double v : r.conditions.cmd_mm) rows.push_back(v);
+    for (const double v : r.measured->vector()) rows.push_back(v);
   }
   write(folder / "readings.f64", rows.data(), rows.size());
+}
+
+/// archive.db: 1000 campaigns of those points, each of another robot.
+void make_archive(const Path& folder) {
+  Random random(2025);
+  store::Connection db = store::open(folder / "archive.db", store::Access::create);
+  store::Transaction all(db);
+  for (int k = 1; k <= 1000; ++k) {
+    Campaign c;
+    c.name = "campaign " + std::to_string(k);
+    c.simulated = true;
+    c.mechanism = paper_mechanism();
+    c.tracker = kSigma;
+    c.readings = measured(random);
+    store::import_campaign(db, c);
+  }
+  all.commit();
 }
 
 double say(double seconds) {
@@ -141,20 +175,20 @@ std::vector<Pose> poses(const Path& folder) {
 
 void inverse_batch(const Path& folder) {
   const auto at = poses(folder);
-  const Geometry geometry = paper_mechanism().geometry;
+  const RailFrames frames = rail_frames(paper_mechanism().geometry);
   std::vector<Displacements> l(at.size());
   std::size_t reached = 0;
-  say(best(5, [&] { reached = inverse_displacements(geometry, at, l); }));
+  say(best(5, [&] { reached = inverse_displacements(frames, at, l); }));
   if (reached != at.size()) throw std::runtime_error("a pose of the bench is out of reach");
   write(folder / "inverse.out", l.front().data(), 3 * l.size());
 }
 
 void inverse_single(const Path& folder) {
   const auto at = poses(folder);
-  const Geometry geometry = paper_mechanism().geometry;
+  const RailFrames frames = rail_frames(paper_mechanism().geometry);
   double sum = 0;
   const double seconds = best(3, [&] {
-    for (const Pose& pose : at) sum += inverse(geometry, pose).l_mm[0];
+    for (const Pose& pose : at) sum += (*inverse_displacements(frames, pose))[0];
   });
   std::printf("%.9g\n", seconds / static_cast<double>(at.size()));
   write(folder / "single.out", &sum, 1);
@@ -164,6 +198,7 @@ void inverse_single(const Path& folder) {
 
 int run(const std::string& row, const Path& folder) {
   const std::map<std::string, void (*)(const Path&)> rows = {{"inputs", make_inputs},
+                                                             {"archive", make_archive},
                                                              {"nonlinear", nonlinear},
                                                              {"linear", linear},
                                                              {"idw", idw},

@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/cpu_levels.hpp"
 #include "tests/support/csv.hpp"
 
 using namespace trammel;
@@ -147,4 +148,33 @@ TEST_CASE("IDW refuses no samples, a bad power and too many neighbours in words"
   auto bad = samples;
   bad[2].error_mm[1] = std::nan("");
   CHECK_THROWS_WITH(fit_idw(bad), Contains("sample 3"));
+}
+
+TEST_CASE("IDW gives the same bits on every level of CPU, and near and on samples", "[calibrate]") {
+  Random random(41);
+  std::vector<JointSample> samples;
+  for (int k = 0; k < 79; ++k) {  // a rest of three beside the fours
+    const Eigen::Vector3d e(random.normal(), random.normal(), random.normal());
+    samples.push_back({random.uniform(-100, 100), random.uniform(-100, 100), e});
+  }
+  std::vector<Place> at;
+  for (int k = 0; k < 1003; ++k) at.push_back({random.uniform(-99, 99), random.uniform(-99, 99)});
+  for (std::size_t k = 0; k < 79; k += 7) {
+    at[11 * k] = {samples[k].x_mm, samples[k].y_mm};
+    at[11 * k + 1] = {samples[k].x_mm + 1e-9, samples[k].y_mm};
+  }
+  for (const double power : {1.0, 2.0, 3.0, 6.0, 16.0}) {
+    const IdwMap map = fit_idw(samples, {.power = power});
+    std::vector<Eigen::Vector3d> baseline(at.size()), errors(at.size());
+    predict(map, at, baseline, CpuLevel::x86_64);
+    for (const CpuLevel level : tests::levels_here()) {
+      predict(map, at, errors, level);
+      CHECK(errors == baseline);
+    }
+    for (std::size_t k = 0; k < 79; k += 7) {
+      CHECK(baseline[11 * k] == samples[k].error_mm);
+      if (power > 1) CHECK((baseline[11 * k + 1] - samples[k].error_mm).norm() < 1e-6);
+    }
+    CHECK(predict(map, at[500]) == baseline[500]);
+  }
 }

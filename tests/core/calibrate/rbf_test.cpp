@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/cpu_levels.hpp"
 #include "tests/support/csv.hpp"
 
 using namespace trammel;
@@ -154,4 +155,21 @@ TEST_CASE("training refuses one place, no neurons and a bad spread in words", "[
                     Contains("1 place"));
   CHECK_THROWS_WITH(train_rbf(field_samples(9, 1), {.neurons = 0}), Contains("neurons"));
   CHECK_THROWS_WITH(train_rbf(field_samples(9, 1), {.sigma_mm = -1}), Contains("sigma_mm"));
+}
+
+TEST_CASE("the network gives the same bits on every level of CPU, alone and in a batch",
+          "[calibrate]") {
+  const RbfNetwork network = golden_network();
+  Random random(42);
+  std::vector<Place> at;
+  for (int k = 0; k < 1003; ++k) at.push_back({random.uniform(-99, 99), random.uniform(-99, 99)});
+  at[3] = {1e6, -1e6};  // beyond every neuron
+  std::vector<Eigen::Vector3d> baseline(at.size()), errors(at.size());
+  predict(network, at, baseline, CpuLevel::x86_64);
+  CHECK(baseline[3] == network.bias_mm);
+  for (const CpuLevel level : tests::levels_here()) {
+    predict(network, at, errors, level);
+    CHECK(errors == baseline);
+  }
+  CHECK(predict(network, at[500]) == baseline[500]);
 }

@@ -74,22 +74,3 @@ TEST_CASE("a batch gives what single calls give", "[mechanism]") {
   for (std::size_t i = 1; i < poses.size(); ++i)
     CHECK(batch[i].l_mm == inverse(geometry, poses[i]).l_mm);
 }
-
-TEST_CASE("displacements of a batch are those of single calls, wherever a pose stands in it",
-          "[mechanism]") {
-  Random random(9);
-  const Geometry geometry = tests::random_geometry(random, 3);
-  std::vector<Pose> poses;
-  for (int i = 0; i < 101; ++i) poses.push_back(tests::random_pose(random));
-  std::vector<Displacements> l(poses.size());
-  CHECK(inverse_displacements(geometry, poses, l) == poses.size());
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    CHECK((l[i] - inverse(geometry, poses[i]).l_mm).cwiseAbs().maxCoeff() < 1e-11);
-    Displacements alone;
-    CHECK(inverse_displacements(geometry, {&poses[i], 1}, {&alone, 1}) == 1);
-    CHECK(alone == l[i]);
-  }
-  poses[37] = {1000, 0, 0};
-  poses[90] = {0, -1000, 0};
-  CHECK(inverse_displacements(geometry, poses, l) == 37);
-}
