@@ -15,7 +15,6 @@ namespace trammel::bench {
 namespace {
 
 using Path = std::filesystem::path;
-using Clock = std::chrono::steady_clock;
 
 constexpr int kRecorded = 1500, kImported = 50'000, kColumns = 22;
 
@@ -85,9 +84,7 @@ struct Times {
 
 template <class Work>
 void timed(Times& times, const Work& work) {
-  const auto start = Clock::now();
-  work();
-  times.s.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+  times.s.push_back(best(1, work, clock_s));
 }
 
 }  // namespace
@@ -134,14 +131,18 @@ void import_readings(const Path& folder) {
     std::filesystem::remove(folder / "import.db");
     {
       store::Connection db = store::open(folder / "import.db", store::Access::create);
-      ours = std::min(ours, best(1, [&] { store::import_campaign(db, c); }));
+      ours = std::min(ours, best(
+                                1, [&] { store::import_campaign(db, c); }, clock_s));
     }
     Bare bare(folder / "bulk.db");
-    theirs = std::min(theirs, best(1, [&] {
-                        bare.run("BEGIN");
-                        for (int seq = 1; seq <= kImported; ++seq) bare.add(seq);
-                        bare.run("COMMIT");
-                      }));
+    theirs = std::min(theirs, best(
+                                  1,
+                                  [&] {
+                                    bare.run("BEGIN");
+                                    for (int seq = 1; seq <= kImported; ++seq) bare.add(seq);
+                                    bare.run("COMMIT");
+                                  },
+                                  clock_s));
   }
   std::printf("%.9g %.9g\n", ours, theirs);
 }

@@ -1,0 +1,251 @@
+"""What a user of numpy, scipy and sklearn would write for the same work, as fast as we know how.
+
+Each peer takes the inputs that trammel_bench reads too and returns its values, so that both can be compared.
+"""
+import json
+import sqlite3
+
+import numpy as np
+from scipy.optimize import least_squares
+from sklearn.cluster import KMeans
+
+SIGMA = np.array([0.010, 0.010, np.radians(0.004)])  # mm, mm, rad
+ALPHA, BETA = np.radians([270, 30, 150]), np.radians([30, 150, 270])
+R_RAIL, S_LINK, R_PLATFORM = 733.0, 430.0, 100.0
+NOMINAL = np.array([[a, b, R_PLATFORM, S_LINK, 0.0, R_RAIL, 0.0] for a, b in zip(ALPHA, BETA)])
+COLUMNS = [0, 1, 2, 3, 4, 6]  # of a chain: alpha beta r S l h; R acts as l does
+
+
+def wrap(phi):
+    return (phi + np.pi) % (2 * np.pi) - np.pi
+
+
+def chain_vectors(chains, l, X):
+    """B_i C_i [n, 3, 2] of n poses, and u, n of each rail, cos and sin of beta + phi."""
+    alpha, beta, r, _, zero, R, h = chains.T
+    u = np.stack([np.cos(alpha), np.sin(alpha)], -1)
+    normal = np.stack([-u[:, 1], u[:, 0]], -1)
+    gamma = beta + X[:, 2:]
+    turn = np.stack([np.cos(gamma), np.sin(gamma)], -1)
+    B = (l + zero - R)[..., None] * u + h[:, None] * normal
+    return X[:, None, :2] + r[:, None] * turn - B, u, normal, turn
+
+
+def pose_rows(chains, v, turn):
+    """d(|v|^2 / 2) / d(x, y, phi) [n, 3, 3]."""
+    cross = v[..., 1] * turn[..., 0] - v[..., 0] * turn[..., 1]
+    return np.concatenate([v, (chains[:, 2] * cross)[..., None]], -1)
+
+
+def forward(chains, l, X):
+    """Poses [n, 3] of displacements l [n, 3] by Newton's method from X, all n side by side."""
+    for _ in range(20):
+        v, _, _, turn = chain_vectors(chains, l, X)
+        gap = 0.5 * (np.einsum("nij,nij->ni", v, v) - chains[:, 3] ** 2)
+        step = np.linalg.solve(pose_rows(chains, v, turn), gap[..., None])[..., 0]
+        X = X - step
+        if np.abs(step).max() < 1e-11:
+            return X
+    raise ArithmeticError("no pose found")
+
+
+def pose_jacobian(chains, l, X):
+    """d(x, y, phi) / d(alpha beta r S l R h of each chain) [n, 3, 21]."""
+    v, u, normal, turn = chain_vectors(chains, l, X)
+    _, _, r, S, zero, R, h = chains.T
+    along, across = np.einsum("nij,ij->ni", v, u), np.einsum("nij,ij->ni", v, normal)
+    cross = v[..., 1] * turn[..., 0] - v[..., 0] * turn[..., 1]
+    alpha = -((l + zero - R) * across - h * along)
+    own = np.stack([alpha, r * cross, np.einsum("nij,nij->ni", v, turn), np.broadcast_to(-S, alpha.shape),
+                    -along, along, -across], -1)
+    rows = np.zeros(alpha.shape + (21,))
+    for i in range(3):
+        rows[:, i, 7 * i:7 * i + 7] = own[:, i]
+    return -np.linalg.solve(pose_rows(chains, v, turn), rows)
+
+
+class Identification:
+    """Residuals of 18 parameters in tolerances (0.05 deg, 0.1 mm), whitened."""
+
+    def __init__(self, readings):
+        self.l, self.measured = readings[:, :3], readings[:, 3:]
+        self.scale = np.tile([np.radians(0.05), np.radians(0.05), 0.1, 0.1, 0.1, 0.1], 3)
+
+    def chains(self, z):
+        chains = NOMINAL.copy()
+        chains[:, COLUMNS] += (z * self.scale).reshape(3, 6)
+        return chains
+
+    def residual(self, z):
+        X = forward(self.chains(z), self.l, self.measured)
+        return ((X - self.measured) / SIGMA).ravel()
+
+    def jacobian(self, z):
+        chains = self.chains(z)
+        X = forward(chains, self.l, self.measured)
+        J = pose_jacobian(chains, self.l, X)[:, :, [7 * i + k for i in range(3) for k in COLUMNS]]
+        return (J * self.scale / SIGMA[:, None]).reshape(-1, 18)
+
+    def default(self):
+        return 2 * least_squares(self.residual, np.zeros(18)).cost
+
+    def lm(self):
+        return 2 * least_squares(self.residual, np.zeros(18), jac=self.jacobian, method="lm").cost
+
+
+def idw(samples, queries, chunk=1024):
+    """Chunks, d^2 = |q|^2 + |s|^2 - 2 q.s by BLAS, sums by BLAS, nothing allocated twice."""
+    at, values = samples[:, :2], np.hstack([samples[:, 2:], np.ones((len(samples), 1))])
+    s2, minus_2_s = (at * at).sum(1), np.ascontiguousarray(-2 * at.T)
+    out, block = np.empty((len(queries), 3)), np.empty((chunk, len(samples)))
+    for k in range(0, len(queries), chunk):
+        q = queries[k:k + chunk]
+        d2 = np.matmul(q, minus_2_s, out=block[:len(q)])
+        d2 += s2
+        d2 += (q * q).sum(1)[:, None]
+        sums = np.reciprocal(d2, out=d2) @ values
+        out[k:k + chunk] = sums[:, :3] / sums[:, 3:]
+    return out
+
+
+def augmented(queries):
+    """(x, y, 1, x^2 + y^2): with (-2 s, |s|^2, 1) one product gives d^2. The quickest form we found."""
+    return np.hstack([queries, np.ones((len(queries), 1)), (queries * queries).sum(1)[:, None]])
+
+
+def idw_augmented(samples, queries, chunk=1024):
+    at, values = samples[:, :2], np.hstack([samples[:, 2:], np.ones((len(samples), 1))])
+    centres = np.vstack([-2 * at.T, (at * at).sum(1), np.ones(len(at))])
+    out, block = np.empty((len(queries), 3)), np.empty((chunk, len(samples)))
+    for k in range(0, len(queries), chunk):
+        q = augmented(queries[k:k + chunk])
+        w = np.matmul(q, centres, out=block[:len(q)])
+        sums = np.reciprocal(w, out=w) @ values
+        out[k:k + chunk] = sums[:, :3] / sums[:, 3:]
+    return out
+
+
+def rbf(network, queries, chunk=1024):
+    rows, sigma, bias = network[:250].reshape(50, 5), network[250], network[251:]
+    at, k2 = rows[:, :2], -1 / sigma ** 2
+    centres = k2 * np.vstack([-2 * at.T, (at * at).sum(1), np.ones(50)])
+    weights = np.ascontiguousarray(rows[:, 2:])
+    out, block = np.empty((len(queries), 3)), np.empty((chunk, 50))
+    for k in range(0, len(queries), chunk):
+        q = augmented(queries[k:k + chunk])
+        g = np.matmul(q, centres, out=block[:len(q)])
+        np.matmul(np.exp(g, out=g), weights, out=out[k:k + chunk])
+    out += bias
+    return out
+
+
+def rbf_exact(network, queries):
+    """Without the cancellation of |q|^2 + |s|^2 - 2 q.s, for the comparison of values."""
+    rows, sigma, bias = network[:250].reshape(50, 5), network[250], network[251:]
+    d2 = (queries[:, :1] - rows[:, 0]) ** 2 + (queries[:, 1:] - rows[:, 1]) ** 2
+    return np.exp(-d2 / sigma ** 2) @ rows[:, 2:] + bias
+
+
+def train(samples, sigma=60.0):
+    """Centres by one start of k-means, as ours; weights and bias by lstsq."""
+    at = samples[:, :2]
+    centres = KMeans(50, n_init=1, random_state=1).fit(at).cluster_centers_
+    phi = lambda q: np.hstack([np.exp(-((q[:, None] - centres) ** 2).sum(-1) / sigma ** 2), np.ones((len(q), 1))])
+    weights = np.linalg.lstsq(phi(at), samples[:, 2:], rcond=None)[0]
+    return lambda q: phi(q) @ weights
+
+
+CA, SA, TURN = np.cos(ALPHA), np.sin(ALPHA), BETA - ALPHA
+K1, K2 = R_PLATFORM * np.cos(TURN), R_PLATFORM * np.sin(TURN)
+
+
+def inverse(poses, chunk=4096):
+    """Displacements [n, 3], chain by chain in its rail's frame, in chunks that stay in the cache."""
+    out = np.empty((len(poses), 3))
+    for k in range(0, len(poses), chunk):
+        x, y, phi = np.ascontiguousarray(poses[k:k + chunk].T)
+        c, s = np.cos(phi), np.sin(phi)
+        for i in range(3):
+            across = y * CA[i] - x * SA[i] + (K2[i] * c + K1[i] * s)
+            across *= across
+            np.subtract(S_LINK ** 2, across, out=across)
+            np.sqrt(across, out=across)
+            out[k:k + chunk, i] = x * CA[i] + y * SA[i] + (K1[i] * c - K2[i] * s) + R_RAIL - across
+    return out
+
+
+def inverse_one(pose):
+    """One pose, the three chains side by side."""
+    x, y, phi = pose
+    c, s = np.cos(phi), np.sin(phi)
+    across = y * CA - x * SA + (K2 * c + K1 * s)
+    return x * CA + y * SA + (K1 * c - K2 * s) + R_RAIL - np.sqrt(S_LINK ** 2 - across * across)
+
+
+
+
+def lsq(mechanism, tracker, cmd, measured, tolerance, steps=10, least_signal=0.05):
+    """The paper's 18 parameters by repeated linear least squares of least change: chains [3, 7]."""
+    chains, columns = mechanism.copy(), [7 * i + k for i in range(3) for k in range(6)]
+    for _ in range(steps):
+        X = forward(chains, cmd, measured)
+        b = measured - X
+        b[:, 2] = wrap(b[:, 2])
+        A = (pose_jacobian(chains, cmd, X)[:, :, columns] * tolerance / tracker[:, None]).reshape(-1, 18)
+        U, s, Vt = np.linalg.svd(A, full_matrices=False)
+        rank = (s > least_signal).sum()
+        z = Vt[:rank].T @ ((U[:, :rank].T @ (b / tracker).ravel()) / s[:rank])
+        chains[:, :6] += (z * tolerance).reshape(3, 6)
+        if np.abs(z).max() < 1e-6:
+            break
+    return chains
+
+
+def rows_of(db, sql, *values):
+    return np.array(db.execute(sql, values).fetchall())
+
+
+def recalibrate(file, n_campaigns):
+    """Loads, identifies and stores campaign by campaign; a commit every 64."""
+    db = sqlite3.connect(file, isolation_level=None)
+    db.executescript("""PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;
+        CREATE TABLE loop_job (campaign_id INTEGER PRIMARY KEY, chains TEXT, mean_before REAL, mean_after REAL);
+        CREATE TABLE loop_point (campaign_id INTEGER, seq INTEGER, bx REAL, by REAL, bphi REAL, ax REAL, ay REAL,
+                                 aphi REAL, PRIMARY KEY (campaign_id, seq))""")
+    tolerance = np.radians([0.05, 0.05, 0, 0, 0, 0]) + [0, 0, 0.1, 0.1, 0.1, 0.1]
+    db.execute("BEGIN")
+    for k, (campaign, sigma_xy, sigma_phi) in enumerate(db.execute(
+            "SELECT campaign_id, tracker_sigma_xy_mm, tracker_sigma_phi_rad FROM campaign ORDER BY campaign_id "
+            "LIMIT ?", (n_campaigns,)).fetchall()):
+        mechanism = rows_of(db, "SELECT alpha_rad, beta_rad, platform_r_mm, link_S_mm, l_zero_mm, rail_R_mm, h_mm "
+                            "FROM campaign_chain WHERE campaign_id = ? ORDER BY chain", campaign)
+        data = rows_of(db, "SELECT seq, target_x_mm, target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, "
+                       "x_mm, y_mm, phi_rad FROM reading WHERE campaign_id = ? AND reading_set = 'identify' "
+                       "ORDER BY seq", campaign)
+        target, cmd, measured = data[:, 1:4], data[:, 4:7], data[:, 7:]
+        chains = lsq(mechanism, np.array([sigma_xy, sigma_xy, sigma_phi]), cmd, measured, np.tile(tolerance, 3))
+        before, after = measured - target, measured - forward(chains, cmd, measured)
+        length = lambda error: np.hypot(error[:, 0], error[:, 1]).mean()
+        db.execute("INSERT INTO loop_job VALUES (?, ?, ?, ?)",
+                   (campaign, json.dumps(chains.tolist()), length(before), length(after)))
+        points = np.hstack([data[:, :1], before, after]).tolist()
+        db.executemany("INSERT INTO loop_point VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                       [(campaign, int(p[0]), *p[1:]) for p in points])
+        if k % 64 == 63:
+            db.execute("COMMIT")
+            db.execute("BEGIN")
+    db.execute("COMMIT")
+    db.close()
+
+
+def looped_geometry(file):
+    db = sqlite3.connect(file)
+    return [np.array(json.loads(text)) for text, in db.execute("SELECT chains FROM loop_job ORDER BY campaign_id")]
+
+
+def stored_geometry(file, n_campaigns):
+    """What the jobs of the same campaigns hold."""
+    names = ("alpha_rad", "beta_rad", "r_mm", "S_mm", "l_zero_mm", "R_mm", "h_mm")
+    texts = sqlite3.connect(file).execute("SELECT result_json FROM job ORDER BY campaign_id LIMIT ?", (n_campaigns,))
+    return [np.array([[chain[name] for name in names] for chain in json.loads(text)["correction"]["chains"]])
+            for text, in texts]
