@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "store/guard.hpp"
 #include "store/migrations.hpp"
 #include "store/open.hpp"
 #include "store/statement.hpp"
@@ -84,18 +85,21 @@ Migration planned_migration(const std::filesystem::path& file) {
   Migration plan{.from = 0, .to = newest_version(), .copy = {}};
   Connection before = open(file, Access::read_only);
   plan.from = version_of(before);
-  if (plan.from != plan.to) {
-    plan.copy = file.string() + ".v" + std::to_string(plan.from) + "-backup";
-  }
+  if (plan.from == plan.to) return plan;
+  const std::string name = file.string() + ".v" + std::to_string(plan.from) + "-backup";
+  plan.copy = name;
+  // One that stands there may be of another day, or of a step that failed: it is left alone.
+  for (int n = 2; std::filesystem::exists(plan.copy); ++n) plan.copy = name + std::to_string(n);
   return plan;
 }
 
 Migration migrate(const std::filesystem::path& file) {
   const Migration done = planned_migration(file);
   if (done.from == done.to) return done;
-  if (!std::filesystem::exists(done.copy)) backup(file, done.copy);
+  backup(file, done.copy);
   Connection connection(file, Access::write);
   connection.execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL");
+  guard_migration(connection);
   Transaction transaction(connection);
   for (int v = version_of(connection); v < done.to; ++v) {
     connection.execute(migrations()[static_cast<std::size_t>(v)]);

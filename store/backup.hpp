@@ -27,8 +27,8 @@ struct Migration {
 Migration planned_migration(const std::filesystem::path& file);
 
 /// Takes an older database to this program's version in one transaction, after a verified copy
-/// beside it (FILE.v1-backup). All or nothing (migrate_test.cpp has a fixture of each past
-/// version).
+/// beside it (FILE.v1-backup, or -backup2 where that is taken). All or nothing (backup_test.cpp has
+/// a fixture of each past version).
 /// @throws StoreError  newer than this program; another program's; a step failed: nothing changed
 Migration migrate(const std::filesystem::path& file);
 

@@ -12,6 +12,8 @@ namespace {
 
 // Longer than any transaction of ours; a session's points are seconds apart.
 constexpr int kBusyTimeoutMs = 10'000;
+// Far beyond a job's result; a row or a value of a stranger's file is not larger.
+constexpr int kLongestValueBytes = 64 * 1024 * 1024;
 
 std::string uri_of(const std::filesystem::path& file, bool immutable) {
   if (file == ":memory:") return file.string();
@@ -88,6 +90,7 @@ Connection::Connection(const std::filesystem::path& file, Access access)
   }
   sqlite3_extended_result_codes(db_, 1);
   sqlite3_busy_timeout(db_, kBusyTimeoutMs);
+  sqlite3_limit(db_, SQLITE_LIMIT_LENGTH, kLongestValueBytes);
   sqlite3_db_config(db_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(db_, SQLITE_DBCONFIG_ENABLE_FKEY, 1, nullptr);

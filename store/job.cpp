@@ -2,6 +2,7 @@
 
 #include "store/clock.hpp"
 #include "store/seal.hpp"
+#include "store/stored_json.hpp"
 #include "store/transaction.hpp"
 
 namespace trammel::store {
@@ -150,9 +151,9 @@ Job get_job(Connection& connection, Id job_id) {
                    .key = {row.text(1), {}},
                    .stage = row.text(3),
                    .algorithm_version = static_cast<int>(row.integer(4)),
-                   .parameters_json = row.text(5),
-                   .model_json = row.text(6),
-                   .result_json = row.text(7),
+                   .parameters_json = stored_json(row, 5),
+                   .model_json = stored_json(row, 6),
+                   .result_json = stored_json(row, 7),
                    .n_readings = static_cast<int>(row.integer(8)),
                    .duration_s = row.real(15)}};
   job.data.sessions =

@@ -3,6 +3,7 @@
 #include "store/clock.hpp"
 #include "store/job_key.hpp"
 #include "store/seal.hpp"
+#include "store/stored_json.hpp"
 #include "store/transaction.hpp"
 
 namespace trammel::store {
@@ -49,7 +50,7 @@ std::vector<Model> list_models(Connection& connection, Id campaign_id) {
                   .name = rows.text(4),
                   .parent = parent ? std::optional(static_cast<int>(*parent)) : std::nullopt,
                   .job_id = rows.optional_integer(6),
-                  .parameters_json = rows.text(7),
+                  .parameters_json = stored_json(rows, 7),
                   .identify_rms_mm = rows.optional_real(8),
                   .validate_rms_mm = rows.optional_real(9),
                   .noise_floor_mm = rows.optional_real(10)}});

@@ -41,18 +41,21 @@ StoreError not_ours(const Connection& connection, std::string got, std::string e
                      .hint = "name another file with --db"});
 }
 
-// SQLite keeps the text of each CREATE as our files have it: when there are as many as we made and
-// each stands in the files, all is as it should be.
+// SQLite keeps the text of each CREATE as our files have it: when there are as many as we made,
+// less the views that a later file makes anew, and each stands in the files, all is as it should
+// be.
 bool is_as_written(const Schema& found, int version) {
-  std::size_t n_made = 0;
   std::string text;
   for (int v = 0; v < version; ++v) {
     text += "\n" + std::string(migrations()[static_cast<std::size_t>(v)]);
   }
-  for (auto at = text.find("\nCREATE "); at != text.npos; at = text.find("\nCREATE ", at + 1)) {
-    ++n_made;
-  }
-  return found.size() == n_made && std::ranges::all_of(found, [&](const auto& object) {
+  const auto count = [&text](std::string_view words) {
+    std::size_t n = 0;
+    for (auto at = text.find(words); at != text.npos; at = text.find(words, at + 1)) ++n;
+    return n;
+  };
+  return found.size() == count("\nCREATE ") - count("\nDROP VIEW ") &&
+         std::ranges::all_of(found, [&](const auto& object) {
            return text.find("\n" + object.second + ";") != text.npos;
          });
 }
@@ -84,6 +87,28 @@ void initialise(Connection& connection) {
   if (!is_empty(connection)) return;  // another process was first
   create_schema(connection, newest_version());
   transaction.commit();
+}
+
+// A file from anywhere, before it is opened for writing: that alone can run what it holds (a log
+// to recover, triggers). Pages are walked where that takes some 30 ms; beyond, `db check` does it.
+void look_through(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kWalkedBytes = 4u << 20;
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error || size == 0) return;
+  // Left by a death while the file was made; only a writer can roll it back.
+  if (std::filesystem::exists(file.string() + "-journal", error)) return;
+  Connection look(file, Access::read_only);
+  look.execute("PRAGMA cell_size_check = ON; PRAGMA query_only = ON");
+  if (is_empty(look)) return;
+  check_identity(look);
+  if (size > kWalkedBytes) return;
+  Statement rows(look, "PRAGMA quick_check(1)");
+  if (!rows.step() || rows.text(0) == "ok") return;
+  throw StoreError({.what = "the database is damaged",
+                    .where = {.file = file.string()},
+                    .got = rows.text(0),
+                    .hint = "nothing is written to it; see `trammel db verify`, restore a backup"});
 }
 
 }  // namespace
@@ -126,6 +151,7 @@ void check_identity(Connection& connection) {
 }
 
 Connection open(const std::filesystem::path& file, Access access) {
+  if (access != Access::read_only) look_through(file);
   Connection connection(file, access);
   connection.execute("PRAGMA recursive_triggers = ON; PRAGMA cell_size_check = ON");
   if (access == Access::create && is_empty(connection)) initialise(connection);

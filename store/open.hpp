@@ -13,12 +13,12 @@ int newest_version();
 
 /// Opens a laboratory's database with everything that keeps it safe: WAL, synchronous=FULL, foreign
 /// keys, recursive triggers, defensive, and an authorizer that refuses every change of what is
-/// stored.
+/// stored. To be written, it is opened read-only first and checked; a small one page by page.
 ///
 /// @throws NotFoundError  there is no such file (unless `create`)
 /// @throws StoreError     not a database; another program's; a newer version's (both are named); an
 ///                        older one's, to be written (`db migrate` first; it opens read-only); its
-///                        schema is not what its version says; no permission (open_test.cpp)
+///                        schema is not what its version says; damaged; no permission
 Connection open(const std::filesystem::path& file, Access access);
 
 /// The version of an open database.

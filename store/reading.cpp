@@ -6,6 +6,7 @@
 #include "store/clock.hpp"
 #include "store/job_key.hpp"
 #include "store/seal.hpp"
+#include "store/stored_json.hpp"
 #include "store/transaction.hpp"
 
 namespace trammel::store {
@@ -63,6 +64,18 @@ Displacements displacements_at(const Statement& row, int column) {
   return {row.real(column), row.real(column + 1), row.real(column + 2)};
 }
 
+// The CHECK on its length binds who wrote the row, not who changed the file.
+Sha256 sha256_at(const Statement& row, int column) {
+  const Bytes stored = row.blob(column);
+  Sha256 sha256{};
+  if (stored.size() != sha256.size()) {
+    throw StoreError(
+        {.what = "a reading's digest is not whole", .hint = "see `trammel db verify`"});
+  }
+  std::ranges::copy(stored, sha256.begin());
+  return sha256;
+}
+
 StoredReading stored_at(const Statement& row) {
   StoredReading stored{.reading_id = row.integer(kReadingId),
                        .session_id = row.integer(kSessionId),
@@ -80,7 +93,7 @@ StoredReading stored_at(const Statement& row) {
   if (!row.is_null(kMeasured)) reading.measured = pose_at(row, kMeasured);
   if (!row.is_null(kEncoder)) stored.data.encoder_mm = displacements_at(row, kEncoder);
   stored.data.raw_reply = row.optional_text(kRawReply);
-  stored.data.extra_json = row.optional_text(kExtra);
+  if (!row.is_null(kExtra)) stored.data.extra_json = stored_json(row, kExtra);
   return stored;
 }
 
@@ -115,7 +128,7 @@ ReadingWriter::ReadingWriter(Connection& connection, Id campaign_id)
   last << campaign_id;
   if (!last.step()) return;
   last_seq_ = static_cast<int>(last.integer(0));
-  std::ranges::copy(last.blob(1), head_.begin());
+  head_ = sha256_at(last, 1);
 }
 
 int ReadingWriter::add(const NewReading& data, Id session_id, std::optional<Id> attempt_id) {
@@ -161,7 +174,7 @@ Sha256 chain_head(Connection& connection, Id campaign_id) {
   Statement last(connection,
                  "SELECT sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
   last << campaign_id;
-  if (last.step()) std::ranges::copy(last.blob(0), head.begin());
+  if (last.step()) head = sha256_at(last, 0);
   return head;
 }
 

@@ -4,6 +4,7 @@
 #include "store/job_key.hpp"
 #include "store/provenance.hpp"
 #include "store/seal.hpp"
+#include "store/stored_json.hpp"
 #include "store/transaction.hpp"
 
 namespace trammel::store {
@@ -28,7 +29,7 @@ SessionRow session_at(const Statement& row) {
           .plan_name = row.text(4),
           .stage = row.text(5),
           .tracker = row.text(6),
-          .settings_json = row.text(7),
+          .settings_json = stored_json(row, 7),
           .created_utc = row.text(8),
           .n_points = static_cast<int>(row.integer(9)),
           .n_ok = static_cast<int>(row.integer(10)),

@@ -4,6 +4,17 @@
 
 namespace trammel::store {
 
+namespace {
+
+// SQLite answers nothing for NULL, for an empty blob, and where it found no memory.
+void require_memory(const Connection& connection) {
+  if (sqlite3_errcode(connection.handle()) == SQLITE_NOMEM) {
+    throw connection.error(SQLITE_NOMEM, "read a column");
+  }
+}
+
+}  // namespace
+
 Statement::Statement(Connection& connection, std::string_view sql)
     : connection_(connection), sql_(sql) {
   if (const auto idle = connection_.idle_.find(sql); idle != connection_.idle_.end()) {
@@ -87,11 +98,13 @@ double Statement::real(int column) const { return sqlite3_column_double(statemen
 std::string Statement::text(int column) const {
   const auto* bytes = sqlite3_column_text(statement_, column);
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
+  if (bytes == nullptr) require_memory(connection_);
   return bytes ? std::string(reinterpret_cast<const char*>(bytes), size) : std::string();
 }
 
 Bytes Statement::blob(int column) const {
   const auto* bytes = static_cast<const unsigned char*>(sqlite3_column_blob(statement_, column));
+  if (bytes == nullptr) require_memory(connection_);
   return {bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))};
 }
 

@@ -12,13 +12,14 @@ namespace {
 
 constexpr std::size_t kMostFindings = 100;
 
-// A damaged page ends a walk with an exception: it is a finding like any other.
+// A damaged page ends a walk with an exception: it is a finding like any other. The walk says how
+// far it has come.
 template <class Walk>
-void guarded(CheckReport& report, const std::string& what, Walk walk) {
+void guarded(CheckReport& report, std::string place, Walk walk) {
   try {
-    walk();
+    walk(place);
   } catch (const StoreError& error) {
-    report.findings.push_back(what + ": " + error.text().what + ", " + error.text().got);
+    report.findings.push_back(place + ": " + error.text().what + ", " + error.text().got);
   }
 }
 
@@ -38,7 +39,7 @@ void foreign_keys(Connection& connection, CheckReport& report) {
 }
 
 // Walks the table itself: through an index SQLite would read the index's copy of seq.
-void chain(Connection& connection, CheckReport& report) {
+void chain(Connection& connection, CheckReport& report, std::string& place) {
   struct End {
     Sha256 head{};
     std::int64_t seq = 0;
@@ -60,10 +61,11 @@ void chain(Connection& connection, CheckReport& report) {
     // On with what is stored: then one changed row is named, and not all that follow.
     if (stored.size() == end.head.size()) std::ranges::copy(stored, end.head.begin());
     end.seq = rows.integer(2);
+    place = "the row after " + name;
   }
 }
 
-void seals(Connection& connection, const Sealed& sealed, CheckReport& report) {
+void seals(Connection& connection, const Sealed& sealed, CheckReport& report, std::string& place) {
   const std::string open = sealed.table == "attempt" ? " WHERE status <> 'open'" : "";
   Statement ids(connection, "SELECT " + sealed.id + " FROM " + sealed.table + open);
   Statement stored(connection, "SELECT sha256 FROM seal WHERE table_name = ? AND row_id = ?");
@@ -71,6 +73,7 @@ void seals(Connection& connection, const Sealed& sealed, CheckReport& report) {
     ++report.n_sealed;
     const Id id = ids.integer(0);
     const std::string name = sealed.table + " " + std::to_string(id);
+    place = name + ", or the row after it";
     stored << sealed.table << id;
     if (!stored.step()) {
       report.findings.push_back(name + ": has no seal");
@@ -109,18 +112,19 @@ void counts(Connection& connection, CheckReport& report) {
 
 CheckReport check(Connection& connection) {
   CheckReport report;
-  guarded(report, "the file", [&] { integrity(connection, report); });
-  guarded(report, "foreign keys", [&] { foreign_keys(connection, report); });
+  guarded(report, "the file", [&](const std::string&) { integrity(connection, report); });
+  guarded(report, "foreign keys", [&](const std::string&) { foreign_keys(connection, report); });
   return report;
 }
 
 CheckReport verify(Connection& connection) {
   CheckReport report = check(connection);
-  guarded(report, "readings", [&] { chain(connection, report); });
+  guarded(report, "readings", [&](std::string& place) { chain(connection, report, place); });
   for (const Sealed& sealed : sealed_tables()) {
-    guarded(report, sealed.table, [&] { seals(connection, sealed, report); });
+    guarded(report, sealed.table,
+            [&](std::string& place) { seals(connection, sealed, report, place); });
   }
-  guarded(report, "counts", [&] { counts(connection, report); });
+  guarded(report, "counts", [&](const std::string&) { counts(connection, report); });
   if (report.findings.size() > kMostFindings) {
     const auto more = report.findings.size() - kMostFindings;
     report.findings.resize(kMostFindings);

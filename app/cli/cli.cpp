@@ -128,6 +128,14 @@ int run_chosen(const Context& context) {
     return static_cast<int>(code);
   } catch (const Error& error) {
     return fail(error.code(), error.text(), context.json);
+  } catch (const Json::exception& error) {
+    // Files of users are read with their lines and fields: this is text from the database.
+    return fail(ExitCode::storage,
+                {.what = "stored JSON is not what this program writes",
+                 .where = {.file = context.db()},
+                 .got = error.what(),
+                 .hint = "see `trammel db verify`"},
+                context.json);
   } catch (const std::bad_alloc&) {
     return fail(ExitCode::error, {.what = "out of memory"}, context.json);
   } catch (const std::exception& error) {

@@ -1,5 +1,7 @@
 #include "store/backup.hpp"
 
+#include <fstream>
+
 #include "store/job.hpp"
 #include "store/model.hpp"
 #include "tests/store/fixtures.hpp"
@@ -99,4 +101,29 @@ TEST_CASE("every version there was has its fixture", "[store]") {
   for (int version = 1; version < newest_version(); ++version) {
     CHECK(std::filesystem::exists(kVersions / ("version_" + std::to_string(version) + ".sqlite3")));
   }
+}
+
+TEST_CASE("a migration of which a step fails changes nothing, and its copy is whole", "[store]") {
+  const TempFolder folder;
+  const auto file = copy_of_version(folder, 1);
+  // The user's own table has the name that a step wants.
+  Connection(file, Access::write).execute("CREATE TABLE v_job (mine TEXT)");
+  CHECK_THROWS_WITH(migrate(file), Contains("v_job"));
+  Connection old = store::open(file, Access::read_only);
+  CHECK(version_of(old) == 1);
+  CHECK(verify(old).findings.empty());
+  CHECK(number(old, "SELECT count(*) FROM sqlite_schema WHERE name = 'v_point_status'") == 0);
+  Connection copy = store::open(file.string() + ".v1-backup", Access::read_only);
+  CHECK(verify(copy).findings.empty());
+}
+
+TEST_CASE("a migration makes a copy of its own where another one stands", "[store]") {
+  const TempFolder folder;
+  const auto file = copy_of_version(folder, 1);
+  std::ofstream(file.string() + ".v1-backup") << "of another day";
+  const Migration done = migrate(file);
+  CHECK(done.copy == file.string() + ".v1-backup2");
+  CHECK(std::filesystem::file_size(file.string() + ".v1-backup") == 14);
+  Connection copy = store::open(done.copy, Access::read_only);
+  CHECK(version_of(copy) == 1);
 }

@@ -108,6 +108,32 @@ TEST_CASE("our connection neither drops nor alters nor attaches nor unlocks", "[
   }
 }
 
+TEST_CASE("a migration adds, and neither drops nor alters nor rewrites what is raw", "[store]") {
+  const TempFolder folder;
+  {
+    Connection db = store::open(folder.file("lab.db"), Access::create);
+    fill(db);
+  }
+  Connection db(folder.file("lab.db"), Access::write);
+  guard_migration(db);
+  for (const std::string& table : kTables) {
+    INFO(table);
+    CHECK_THROWS_AS(db.execute("DROP TABLE " + table), StoreError);
+    CHECK_THROWS_AS(db.execute("ALTER TABLE " + table + " ADD COLUMN z"), StoreError);
+    CHECK_THROWS_AS(db.execute("ALTER TABLE " + table + " RENAME TO z"), StoreError);
+    CHECK_THROWS_AS(db.execute("DROP TRIGGER " + table + "_update"), StoreError);
+    CHECK_THROWS_AS(db.execute("DELETE FROM " + table), StoreError);
+    CHECK_THROWS_AS(db.execute("UPDATE " + table + " SET rowid = 77"), StoreError);
+  }
+  CHECK_THROWS_AS(db.execute("DROP INDEX attempt_ok_once"), StoreError);
+  CHECK_THROWS_AS(db.execute("ATTACH ':memory:' AS m"), StoreError);
+  CHECK_NOTHROW(
+      db.execute("CREATE TABLE later (x REAL) STRICT; CREATE INDEX later_x ON later (x); "
+                 "INSERT INTO later VALUES (1); DROP VIEW v_drift; "
+                 "CREATE VIEW v_drift AS SELECT 1; CREATE TRIGGER later_update BEFORE UPDATE ON "
+                 "later BEGIN SELECT RAISE(ABORT, 'no'); END; PRAGMA user_version = 99"));
+}
+
 TEST_CASE("a reading's numbers are finite and within bounds, or nothing is stored", "[store]") {
   const TempFolder folder;
   Connection db = store::open(folder.file("lab.db"), Access::create);

@@ -6,6 +6,7 @@
 #include "store/transaction.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/temporary.hpp"
 
 using namespace trammel;
 using namespace trammel::store;
@@ -93,6 +94,23 @@ TEST_CASE("a stranger's trigger or view in a database is refused by its name", "
     raw(folder.file("lab.db")).execute("CREATE TABLE notes (t TEXT); CREATE INDEX n ON notes (t)");
     CHECK_NOTHROW(store::open(folder.file("lab.db"), Access::read_only));
   }
+}
+
+TEST_CASE("a damaged database is refused for writing and left byte for byte", "[store]") {
+  const TempFolder folder;
+  const auto file = folder.file("lab.db");
+  {
+    Connection db = store::open(file, Access::create);
+    import_campaign(db, test::small_campaign());
+  }
+  std::string bytes = tests::read_text(file);
+  Connection db(file, Access::read_only);
+  const auto page =
+      number(db, "SELECT rootpage FROM sqlite_schema WHERE name = 'sqlite_autoindex_reading_1'");
+  bytes[static_cast<std::size_t>(page - 1) * 4096 + 9] ^= 0x55;  // where a cell should begin
+  std::ofstream(file, std::ios::binary) << bytes;
+  CHECK_THROWS_WITH(store::open(file, Access::write), Contains("damaged"));
+  CHECK(tests::read_text(file) == bytes);
 }
 
 TEST_CASE("a writer that waits too long says who is in the way, and what it had is undone",

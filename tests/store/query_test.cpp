@@ -113,6 +113,38 @@ TEST_CASE("v_accuracy pairs a compensated session with the baseline of the same 
   CHECK_THAT(real(predicted[0][0]), WithinAbs(75, 1e-9));
 }
 
+TEST_CASE("v_accuracy takes before from the session that shares most targets, not from later walks",
+          "[store]") {
+  Lab lab;
+  const Id campaign = add_campaign(lab.writer, test::small_campaign());
+  test::measured_session(lab.writer, campaign, "baseline", 4);
+  const Id job_id =
+      add_job(lab.writer,
+              {.campaign_id = campaign, .key = {std::string(64, 'a'), {}}, .stage = "idw"});
+  const auto walk = [&](const std::string& name, std::optional<Id> job, int n, double error_mm) {
+    const Id session = create_session(lab.writer, {.campaign_id = campaign,
+                                                   .name = name,
+                                                   .compensation_job = job,
+                                                   .points = test::line_plan(n)});
+    const Epoch epoch = open_epoch(lab.writer, session, SetUp::as_before, "same");
+    for (const Point& point : points(lab.writer, session)) {
+      NewReading reading = test::reading_at(point);
+      reading.reading.measured = Pose{point.target.x_mm + error_mm, point.target.y_mm, 0};
+      finish_attempt(lab.writer, begin_attempt(lab.writer, session, point.seq, epoch.id), {reading});
+    }
+  };
+  walk("again", job_id, 4, 0.001);
+  const std::string sql =
+      "SELECT before_mean, n FROM v_accuracy WHERE source = 'measured' AND metric = 'position_mm'";
+  const auto first = lab.ask(sql);
+  walk("two of them", std::nullopt, 2, 0.5);
+  const auto later = lab.ask(sql);
+  REQUIRE((first.size() == 1 && later.size() == 1));
+  CHECK_THAT(real(first[0][0]), WithinAbs(0.005, 1e-12));
+  CHECK(real(later[0][0]) == real(first[0][0]));
+  CHECK(std::get<std::int64_t>(later[0][1]) == 4);
+}
+
 TEST_CASE("v_drift shows what moved since the first visit, v_point_status what is left to do",
           "[store]") {
   Lab lab;
