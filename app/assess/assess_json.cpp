@@ -1,4 +1,5 @@
 #include "app/assess/assessment.hpp"
+#include "app/job/text.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {
@@ -89,6 +90,7 @@ Json judged_json(const Judged& j) {
 
 Json to_json(const Assessment& a) {
   Json json = {{"campaign", a.campaign},
+               {"kind", job::kind_text(a.simulated)},
                {"noise", a.noise},
                {"floor_mean_mm", a.floor_mean_mm ? Json(*a.floor_mean_mm) : Json()},
                {"sessions", Json::array()},

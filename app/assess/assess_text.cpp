@@ -4,6 +4,7 @@
 
 #include "app/assess/assessment.hpp"
 #include "app/cli/context.hpp"
+#include "app/job/text.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {
@@ -99,7 +100,8 @@ std::string judged_text(const Judged& j) {
 
 std::string to_text(const Assessment& a) {
   std::string text =
-      fmt::format("campaign {}\nnoise of a reading, {}\n", cli::printable(a.campaign), a.noise);
+      fmt::format("campaign {}\nnoise of a reading, {}\n",
+                  job::campaign_title(cli::printable(a.campaign), a.simulated), a.noise);
   if (a.floor_mean_mm) {
     text += fmt::format("noise floor: a perfect robot reads a mean deviation of {:.4f} mm\n",
                         *a.floor_mean_mm);

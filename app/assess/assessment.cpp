@@ -270,6 +270,7 @@ Assessment gather(store::Connection& connection, const store::CampaignRow& campa
   const Noise noise = noise_of(measured.campaign);
   Assessment out;
   out.campaign = campaign.name;
+  out.simulated = campaign.simulated;
   out.noise = noise.words;
   if (noise.sigma) out.floor_mean_mm = noise_floor_mean_mm(noise.sigma->xy_mm);
   std::string known;

@@ -54,6 +54,7 @@ struct JobAssessment {
 
 struct Assessment {
   std::string campaign;
+  bool simulated = false;
   std::string noise;  // where sigma comes from, or why there is none
   std::optional<double> floor_mean_mm;
   std::vector<Session> sessions;

@@ -97,13 +97,15 @@ ExitCode run_calibrate(const CalibrateOptions& options, Context& context) {
                     "(--force computes it again)",
                     outcome.job.id));
   }
+  store::CampaignRow campaign = job::campaign_of(db, outcome.job.data);
   if (context.json) {
-    Json fields = job::job_json(outcome.job, request.campaign);
+    Json fields = job::job_json(outcome.job, campaign);
     fields["reused"] = outcome.reused;
     fields["dry_run"] = request.dry_run;
     context.print("calibrate", fields);
   } else {
-    context.print(job::job_text(outcome.job, printable(request.campaign)));
+    campaign.name = printable(campaign.name);
+    context.print(job::job_text(outcome.job, campaign));
   }
   if (outcome.job.id == 0) {
     context.say("dry run: nothing is stored");

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/job/text.hpp"
 #include "app/report/gather.hpp"
 #include "store/open.hpp"
 
@@ -35,7 +36,11 @@ Json side_json(const ErrorTable& table) {
 }
 
 Json to_json(const Report& a, const Report& b, const std::vector<Common>& common) {
-  Json json = {{"a", a.campaign}, {"b", b.campaign}, {"tables", Json::array()}};
+  Json json = {{"a", a.campaign},
+               {"a_kind", job::kind_text(a.simulated)},
+               {"b", b.campaign},
+               {"b_kind", job::kind_text(b.simulated)},
+               {"tables", Json::array()}};
   for (const Common& c : common) {
     json["tables"].push_back({{"id", c.a.id},
                               {"unit", c.a.unit},
@@ -47,14 +52,18 @@ Json to_json(const Report& a, const Report& b, const std::vector<Common>& common
   return json;
 }
 
+std::string title(const Report& report) {
+  return job::campaign_title(printable(report.campaign), report.simulated);
+}
+
 std::string to_text(const Report& a, const Report& b, const std::vector<Common>& common) {
   if (common.empty()) {
     return "no figure in common: calibrate both campaigns by the same method on the same points";
   }
   std::string text = fmt::format(
       "A {}\nB {}\nmean errors, * predicted\n\n{:<20} {:<10} {:<4} {:>8} {:>9} {:>8} {:>9} {:>9}\n",
-      printable(a.campaign), printable(b.campaign), "figure", "judged", "unit", "A before",
-      "A after", "B before", "B after", "B - A");
+      title(a), title(b), "figure", "judged", "unit", "A before", "A after", "B before", "B after",
+      "B - A");
   for (const Common& c : common) {
     const auto after = [](const ErrorTable& t) {
       return fmt::format("{:.4f}{}", t.after.mean, t.after_predicted ? "*" : " ");

@@ -8,6 +8,7 @@
 #include "app/job/model_chain.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
+#include "app/job/text.hpp"
 #include "app/session/plan_json.hpp"
 #include "store/open.hpp"
 
@@ -26,7 +27,10 @@ struct DiagnoseOptions {
 /// On a folder: no database is opened.
 Json of_folder(const DiagnoseOptions& options) {
   const job::Stage& stage = job::find_stage("diagnose");
-  return stage.run(read_campaign(options.from).campaign, stage.complete(options.given)).details;
+  const Campaign campaign = read_campaign(options.from).campaign;
+  Json details = stage.run(campaign, stage.complete(options.given)).details;
+  details["kind"] = job::kind_text(campaign.simulated);
+  return details;
 }
 
 Json of_stored(const DiagnoseOptions& options, Context& context) {
@@ -45,6 +49,7 @@ Json of_stored(const DiagnoseOptions& options, Context& context) {
   Json details = Json::parse(outcome.job.data.result_json)["details"];
   details["job"] = outcome.job.id == 0 ? Json() : Json(outcome.job.id);
   details["job_key"] = outcome.job.data.key.key;
+  details["kind"] = job::kind_text(job::campaign_of(db, outcome.job.data).simulated);
   return details;
 }
 
@@ -72,7 +77,13 @@ ExitCode run_diagnose(const DiagnoseOptions& options, Context& context) {
   details.erase("models");
   write_plan(options, details, context);
   const std::string verdict = details["verdict"];
-  context.json ? context.print("diagnose", details) : context.print(job::diagnosis_text(details));
+  if (context.json) {
+    context.print("diagnose", details);
+  } else {
+    const std::string name = details["campaign"];
+    context.print(job::campaign_title(printable(name), details["kind"] == "simulated") + "\n" +
+                  job::diagnosis_text(details));
+  }
   if (options.request.dry_run) {
     context.say("dry run: nothing is stored");
   } else if (!options.from.empty()) {

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/cli/rerun_all.hpp"
+#include "app/job/diff.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
 #include "store/open.hpp"
@@ -23,11 +26,29 @@ store::Connection open(const Context& context, store::Access access = store::Acc
   return store::open(context.db(), access);
 }
 
-std::string campaign_name(store::Connection& db, store::Id id) {
-  for (const store::CampaignRow& c : store::list_campaigns(db)) {
-    if (c.id == id) return c.name;
+/// Its name as a terminal may show it.
+store::CampaignRow shown(store::CampaignRow campaign) {
+  campaign.name = printable(campaign.name);
+  return campaign;
+}
+
+/// The exclusions that a job honoured: [{"seq", "reason"}, …].
+Json excluded(store::Connection& db, const store::NewJob& job) {
+  Json all = Json::array();
+  for (const store::Exclusion& e : store::exclusions(db, job.campaign_id)) {
+    if (std::ranges::find(job.exclusions, e.id) == job.exclusions.end()) continue;
+    all.push_back({{"seq", e.seq}, {"reason", e.reason}});
   }
-  return {};
+  return all;
+}
+
+std::string excluded_text(const Json& excluded) {
+  std::string text;
+  for (const Json& e : excluded) {
+    text += fmt::format("  left out: seq {}: {}\n", e["seq"].get<int>(),
+                        printable(e["reason"].get<std::string>()));
+  }
+  return text;
 }
 
 ExitCode run_list(const JobOptions& options, Context& context) {
@@ -61,34 +82,26 @@ ExitCode run_list(const JobOptions& options, Context& context) {
 ExitCode run_show(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
-  const std::string campaign = campaign_name(db, job.data.campaign_id);
+  const store::CampaignRow campaign = job::campaign_of(db, job.data);
+  const Json left_out = excluded(db, job.data);
   if (context.json) {
-    context.print("job-show", job::job_json(job, campaign));
+    Json fields = job::job_json(job, campaign);
+    fields["excluded"] = left_out;
+    context.print("job-show", fields);
   } else {
-    context.print(job::job_text(job, printable(campaign)));
+    context.print(job::job_text(job, shown(campaign)) + excluded_text(left_out));
   }
   return ExitCode::ok;
-}
-
-/// Parts of the key that differ, as {part, then, now}.
-Json changed_parts(const store::JobKey& then, const store::JobKey& now) {
-  Json changed = Json::array();
-  for (const auto& [part, digest] : now.parts) {
-    const auto at = then.parts.find(part);
-    if (at != then.parts.end() && at->second == digest) continue;
-    changed.push_back({{"part", part},
-                       {"then", at == then.parts.end() ? Json() : Json(at->second)},
-                       {"now", digest}});
-  }
-  return changed;
 }
 
 ExitCode run_why(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
-  const store::JobKey now = job::key_of(db, job::request_of(db, job));
-  const Json changed = changed_parts(job.data.key, now);
   const job::Request request = job::request_of(db, job);
+  const store::NewJob now = job::inputs_of(db, request);
+  const Json changed = job::changed_parts(job.data.key, now.key);
+  const std::vector<std::string> stale = job::stale_words(db, job, now);
+  const Json left_out = excluded(db, job.data);
   Json parts = Json::object();
   std::string text = fmt::format("job {} ({}, key {}) was computed from\n", job.id, job.data.stage,
                                  job.data.key.key);
@@ -99,10 +112,9 @@ ExitCode run_why(const JobOptions& options, Context& context) {
   text += fmt::format("  {} readings of {} sessions, {} readings left out, by {} {} ({})\n",
                       job.data.n_readings, job.data.sessions.size(), job.data.exclusions.size(),
                       job.provenance.tool_version, job.provenance.git_revision,
-                      job.provenance.compiler);
-  for (const Json& c : changed) {
-    text += fmt::format("  changed since: {}\n", c["part"].get<std::string>());
-  }
+                      job.provenance.compiler) +
+          excluded_text(left_out);
+  for (const std::string& word : stale) text += "changed since: " + printable(word) + "\n";
   text += changed.empty() ? "nothing of it has changed: running it again reuses this job\n"
                           : "running it again makes a new job\n";
   if (context.json) {
@@ -111,8 +123,10 @@ ExitCode run_why(const JobOptions& options, Context& context) {
                               {"parts", parts},
                               {"sessions", request.sessions},
                               {"exclusions", job.data.exclusions.size()},
+                              {"excluded", left_out},
                               {"changed", changed},
-                              {"current_key", now.key},
+                              {"stale", stale},
+                              {"current_key", now.key.key},
                               {"up_to_date", changed.empty()}});
   } else {
     context.print(text);
@@ -122,33 +136,13 @@ ExitCode run_why(const JobOptions& options, Context& context) {
 
 ExitCode run_diff(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
-  const store::Job a = job::find(db, options.job), b = job::find(db, options.other);
-  const Json changed = changed_parts(a.data.key, b.data.key);
-  const bool same_result = job::same_result(a.data.result_json, b.data.result_json);
+  const Json differences =
+      job::job_differences(db, job::find(db, options.job), job::find(db, options.other));
   if (context.json) {
-    context.print(
-        "job-diff",
-        {{"a", a.id},
-         {"b", b.id},
-         {"same_key", a.data.key.key == b.data.key.key},
-         {"same_result", same_result},
-         {"changed", changed},
-         {"parameters", {Json::parse(a.data.parameters_json), Json::parse(b.data.parameters_json)}},
-         {"statistics",
-          {job::statistics_json(a.data.statistics), job::statistics_json(b.data.statistics)}}});
-    return ExitCode::ok;
+    context.print("job-diff", differences);
+  } else {
+    context.print(job::job_differences_text(differences));
   }
-  std::string text;
-  for (const Json& c : changed) {
-    text += fmt::format("  differs: {}\n", c["part"].get<std::string>());
-  }
-  text += changed.empty() ? "the inputs are the same, " : "so the inputs differ, ";
-  text += same_result ? "and the results are the same bit for bit\n" : "and the results differ\n";
-  for (const store::Job* job : {&a, &b}) {
-    text += fmt::format("job {}: {} {}\n", job->id, job->data.stage, job->data.parameters_json) +
-            job::statistics_text(job->data.statistics);
-  }
-  context.print(text);
   return ExitCode::ok;
 }
 
@@ -157,7 +151,7 @@ ExitCode run_verify(const JobOptions& options, Context& context) {
   const store::Job job = job::find(db, options.job);
   const store::NewJob again = job::compute(db, job::request_of(db, job));
   const bool same_inputs = again.key.key == job.data.key.key;
-  const bool same_result = job::same_result(again.result_json, job.data.result_json);
+  const bool same_result = job::same_outcome(again, job.data);
   const bool ok = same_inputs && same_result;
   const std::string verdict =
       ok ? "the same inputs give the same result, bit for bit"
@@ -187,7 +181,7 @@ ExitCode run_rerun_one(const JobOptions& options, Context& context) {
   request.force = options.force;
   request.dry_run = options.dry_run;
   const job::Outcome outcome = job::run(db, request);
-  const std::string campaign = campaign_name(db, outcome.job.data.campaign_id);
+  const store::CampaignRow campaign = job::campaign_of(db, outcome.job.data);
   if (outcome.reused) {
     context.say(fmt::format("reused: nothing has changed since job {}", outcome.job.id));
   }
@@ -198,7 +192,7 @@ ExitCode run_rerun_one(const JobOptions& options, Context& context) {
     fields["dry_run"] = options.dry_run;
     context.print("job-rerun", fields);
   } else {
-    context.print(job::job_text(outcome.job, printable(campaign)));
+    context.print(job::job_text(outcome.job, shown(campaign)));
   }
   return ExitCode::ok;
 }

@@ -5,6 +5,7 @@
 #include "app/cli/table.hpp"
 #include "app/job/model_json.hpp"
 #include "app/job/stored_model.hpp"
+#include "app/job/text.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -80,10 +81,14 @@ std::string base_text(const StoredModel& model) {
   return any ? "\n" + table.text() : "";
 }
 
-std::string show_text(const StoredModel& model, const std::string& campaign) {
+std::string title(const store::CampaignRow& campaign) {
+  return job::campaign_title(printable(campaign.name), campaign.simulated);
+}
+
+std::string show_text(const StoredModel& model, const store::CampaignRow& campaign) {
   const store::NewModel& m = model.row.data;
   std::string text = fmt::format("{}\n", bold(fmt::format("model {} of {}: {}", model.row.version,
-                                                          printable(campaign), printable(m.name))));
+                                                          title(campaign), printable(m.name))));
   if (m.parent) text += fmt::format("made from   version {}\n", *m.parent);
   if (m.job_id) text += fmt::format("by          job {}, key {}\n", *m.job_id, model.row.job_key);
   const auto rms = [&text](const char* label, const std::optional<double>& value) {
@@ -104,7 +109,7 @@ ExitCode run_show(const ModelOptions& options, Context& context) {
   if (context.json) {
     context.print("model-show", job::model_json(model, campaign.name));
   } else {
-    context.print(show_text(model, campaign.name));
+    context.print(show_text(model, campaign));
   }
   context.next(fmt::format("trammel model export {} {} compensation.csv", shell_word(campaign.name),
                            model.row.version));

@@ -15,6 +15,7 @@
 #include "core/assess/summary.hpp"
 #include "core/units.hpp"
 #include "store/session.hpp"
+#include "store/transaction.hpp"
 
 namespace trammel::job {
 
@@ -209,9 +210,7 @@ std::vector<std::string> overlap_words(const Campaign& campaign) {
                   overlap, all)};
 }
 
-store::NewJob computed(const Inputs& in) {
-  const auto start = std::chrono::steady_clock::now();
-  StageResult result = in.stage->run(in.loaded.campaign, in.parameters);
+store::NewJob begun(const Inputs& in) {
   store::NewJob job;
   job.campaign_id = in.row.id;
   job.key = in.key;
@@ -221,6 +220,13 @@ store::NewJob computed(const Inputs& in) {
   job.n_readings = static_cast<int>(in.loaded.campaign.readings.size());
   job.sessions = in.loaded.sessions;
   for (const store::Exclusion& e : in.loaded.exclusions) job.exclusions.push_back(e.id);
+  return job;
+}
+
+store::NewJob computed(const Inputs& in) {
+  const auto start = std::chrono::steady_clock::now();
+  StageResult result = in.stage->run(in.loaded.campaign, in.parameters);
+  store::NewJob job = begun(in);
   job.points = judge(in.loaded.campaign, result.correction);
   job.statistics = statistics(job.points);
   const Json gains = improvements(job.points);
@@ -263,8 +269,17 @@ bool still_holds(store::Connection& connection, const Computation& computation) 
          store::exclusions(connection, campaign).size() == computation.n_exclusions;
 }
 
-store::JobKey key_of(store::Connection& connection, const Request& request) {
-  return load(connection, request).key;
+store::NewJob inputs_of(store::Connection& connection, const Request& request) {
+  return begun(load(connection, request));
+}
+
+store::CampaignRow campaign_of(store::Connection& connection, const store::NewJob& job) {
+  for (store::CampaignRow& row : store::list_campaigns(connection)) {
+    if (row.id == job.campaign_id) return std::move(row);
+  }
+  throw StoreError({.what = "the job's campaign is not there",
+                    .where = {.file = connection.file().string()},
+                    .hint = "see `trammel db verify`"});
 }
 
 Outcome run(store::Connection& connection, const Request& request) {
@@ -276,12 +291,19 @@ Outcome run(store::Connection& connection, const Request& request) {
   if (request.dry_run) {
     return {.job = {.id = 0, .created_utc = {}, .provenance = store::this_program(), .data = job}};
   }
+  // Who asks for the same at the same time waits here, and then reuses what the first one stored.
+  store::Transaction transaction(connection);
   if (load(connection, request).key.key != in.key.key) {
     throw StoreError({.what = "the readings changed while they were calibrated",
                       .where = {.field = in.row.name},
                       .hint = "run the calibration again when nothing writes to the campaign"});
   }
-  return {store::get_job(connection, store::add_job(connection, job)), false};
+  if (!request.force) {
+    if (auto known = store::find_job(connection, in.key.key)) return {*std::move(known), true};
+  }
+  const store::Id id = store::add_job(connection, job);
+  transaction.commit();
+  return {store::get_job(connection, id), false};
 }
 
 bool same_result(const std::string& a, const std::string& b) {
@@ -297,13 +319,10 @@ Correction correction_of(store::Connection& connection, store::Id job_id) {
 }
 
 Request request_of(store::Connection& connection, const store::Job& job) {
-  Request request{.campaign = {},
+  Request request{.campaign = campaign_of(connection, job.data).uuid,
                   .stage = job.data.stage,
                   .parameters = Json::parse(job.data.parameters_json),
                   .sessions = {}};
-  for (const store::CampaignRow& c : store::list_campaigns(connection)) {
-    if (c.id == job.data.campaign_id) request.campaign = c.uuid;
-  }
   for (const store::Id id : job.data.sessions) {
     request.sessions.push_back(store::get_session(connection, id).name);
   }

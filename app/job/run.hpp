@@ -51,8 +51,12 @@ std::optional<Computation> compute_new(store::Connection& connection, const Requ
 /// stays as it is: more of it is the only change there can be.
 bool still_holds(store::Connection& connection, const Computation& computation);
 
-/// The key `run` would store under, on the readings as they are now.
-store::JobKey key_of(store::Connection& connection, const Request& request);
+/// What `run` would compute from, on the readings as they are now: the key and all inputs; no
+/// result.
+store::NewJob inputs_of(store::Connection& connection, const Request& request);
+
+/// The campaign of a stored job, or of one that `compute` gave.
+store::CampaignRow campaign_of(store::Connection& connection, const store::NewJob& job);
 
 /// Two stored results are the same bit for bit, times that were taken aside.
 bool same_result(const std::string& a, const std::string& b);

@@ -27,6 +27,12 @@ std::string cells(const std::optional<store::Summary>& s) {
 
 }  // namespace
 
+std::string campaign_title(const std::string& name, bool simulated) {
+  return simulated ? name + " (SIMULATED)" : name;
+}
+
+std::string kind_text(bool simulated) { return simulated ? "simulated" : "real"; }
+
 Json statistics_json(const std::vector<store::Statistic>& statistics) {
   Json all = Json::array();
   for (const store::Statistic& s : statistics) {
@@ -56,12 +62,13 @@ std::string statistics_text(const std::vector<store::Statistic>& statistics) {
   return text;
 }
 
-Json job_json(const store::Job& job, const std::string& campaign) {
+Json job_json(const store::Job& job, const store::CampaignRow& campaign) {
   const Json result = Json::parse(job.data.result_json);
   return {{"id", job.id},
           {"key", job.data.key.key},
           {"run", job.run},
-          {"campaign", campaign},
+          {"campaign", campaign.name},
+          {"kind", kind_text(campaign.simulated)},
           {"stage", job.data.stage},
           {"algorithm_version", job.data.algorithm_version},
           {"parameters", Json::parse(job.data.parameters_json)},
@@ -80,13 +87,13 @@ Json job_json(const store::Job& job, const std::string& campaign) {
           {"cpu_level", job.provenance.cpu_level}};
 }
 
-std::string job_text(const store::Job& job, const std::string& campaign) {
+std::string job_text(const store::Job& job, const store::CampaignRow& campaign) {
   const Json result = Json::parse(job.data.result_json);
   const std::string name = job.id == 0 ? "not stored" : fmt::format("job {}", job.id);
-  std::string text = fmt::format("{}: {} {} of {} readings of {}{}, key {}\n", name, job.data.stage,
-                                 job.data.parameters_json, job.data.n_readings, campaign,
-                                 job.run > 1 ? fmt::format(", run {}", job.run) : "",
-                                 job.data.key.key.substr(0, 12));
+  std::string text = fmt::format(
+      "{}: {} {} of {} readings of {}{}, key {}\n", name, job.data.stage, job.data.parameters_json,
+      job.data.n_readings, campaign_title(campaign.name, campaign.simulated),
+      job.run > 1 ? fmt::format(", run {}", job.run) : "", job.data.key.key.substr(0, 12));
   for (const Json& sentence : result.value("words", Json::array())) {
     text += "  " + sentence.get<std::string>() + "\n";
   }

@@ -4,15 +4,21 @@
 #include <string>
 
 #include "app/job/correction_json.hpp"
+#include "store/campaign.hpp"
 #include "store/job.hpp"
 
 namespace trammel::job {
 
-/// {id, key, run, stage, algorithm_version, parameters, statistics, words, details, …}
-Json job_json(const store::Job& job, const std::string& campaign);
+/// "paper (SIMULATED)", or the name alone: no figure of a virtual robot is read as a real one's.
+std::string campaign_title(const std::string& name, bool simulated);
+/// "simulated" or "real".
+std::string kind_text(bool simulated);
+
+/// {id, key, run, campaign, kind, stage, algorithm_version, parameters, statistics, words, …}
+Json job_json(const store::Job& job, const store::CampaignRow& campaign);
 
 /// Head line, sentences, and the table of statistics; in-sample and held-out kept apart.
-std::string job_text(const store::Job& job, const std::string& campaign);
+std::string job_text(const store::Job& job, const store::CampaignRow& campaign);
 
 /// Statistics alone, one line each.
 std::string statistics_text(const std::vector<store::Statistic>& statistics);

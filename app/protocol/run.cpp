@@ -133,7 +133,7 @@ StepOutcome look_at_job(store::Connection* connection, const Protocol& protocol,
                                     });
   outcome.detail = request.stage + " to compute";
   if (!measured) return outcome;
-  if (const auto job = store::find_job(*connection, job::key_of(*connection, request).key)) {
+  if (const auto job = store::find_job(*connection, job::inputs_of(*connection, request).key.key)) {
     outcome.done_before = true;
     outcome.detail = fmt::format("{}, job {}", request.stage, job->id);
   }

@@ -37,6 +37,14 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
                         .got = request.campaign,
                         .hint = "choose another campaign name"});
     }
+    if (row->simulated != devices.simulated) {
+      throw InputError({.what = devices.simulated
+                                    ? "the campaign is real, and this stage simulated"
+                                    : "the campaign is simulated, and this stage real",
+                        .where = {.field = "campaign"},
+                        .got = request.campaign,
+                        .hint = "choose another campaign name: the two are never mixed"});
+    }
     return *row;
   }
   Campaign campaign;

@@ -22,7 +22,7 @@ TEST_CASE("the contest judges every method on the same held-out points and picks
           "[job]") {
   PaperStore paper;  // a robot with errors of geometry alone
   const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = "contest"});
-  const Json details = job_json(outcome.job, "paper")["details"];
+  const Json details = job_json(outcome.job, campaign_of(paper.db, outcome.job.data))["details"];
   for (const Json& r : details["table"]) CHECK(r["n"] == 80);
   const double nominal = row(details["table"], "nominal")["mean_mm"].get<double>();
   const double geometry = row(details["table"], "geometry")["mean_mm"].get<double>();
@@ -30,7 +30,8 @@ TEST_CASE("the contest judges every method on the same held-out points and picks
   CHECK(geometry < row(details["table"], "idw")["mean_mm"].get<double>());
   CHECK(details["picked"] != "nominal");
   CHECK(details["picked"] != "hybrid");
-  CHECK_THAT(job_text(outcome.job, "paper"), Contains("rule: ") && Contains("at the floor"));
+  CHECK_THAT(job_text(outcome.job, campaign_of(paper.db, outcome.job.data)),
+             Contains("rule: ") && Contains("at the floor"));
   CHECK(run(paper.db, {.campaign = "paper", .stage = "contest"}).reused);
   const store::NewJob again = compute(paper.db, request_of(paper.db, outcome.job));
   CHECK(same_result(again.result_json, outcome.job.data.result_json));
@@ -56,8 +57,8 @@ TEST_CASE("what a map cannot see is named: the direction of approach", "[job]") 
   PaperStore paper;
   store::import_campaign(paper.db, campaign);
   const Outcome outcome = run(paper.db, {.campaign = "backlash", .stage = "contest"});
-  INFO(job_text(outcome.job, "backlash"));
-  const Json details = job_json(outcome.job, "backlash")["details"];
+  INFO(job_text(outcome.job, campaign_of(paper.db, outcome.job.data)));
+  const Json details = job_json(outcome.job, campaign_of(paper.db, outcome.job.data))["details"];
   for (const std::string map : {"idw", "rbf", "gp"}) {
     const Json& depends = row(details["table"], map)["depends_on"];
     REQUIRE(depends.contains("the direction of approach"));

@@ -1,5 +1,8 @@
 #include "app/job/run.hpp"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include "app/job/text.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/support/catch.hpp"
@@ -62,12 +65,36 @@ TEST_CASE("the same readings, parameters and version reuse the job, --force adds
   CHECK_FALSE(run(paper.db, other).reused);
 }
 
+TEST_CASE("processes that ask for the same at once store it once, and all get it", "[job]") {
+  PaperStore paper;
+  std::vector<pid_t> children;
+  for (int k = 0; k < 4; ++k) {
+    const pid_t pid = fork();
+    if (pid == 0) {
+      int code = 99;
+      try {
+        store::Connection db = store::open(paper.folder.file("t.db"), store::Access::write);
+        code = run(db, {.campaign = "paper", .stage = "rbf"}).job.id == 1 ? 0 : 1;
+      } catch (...) {
+      }
+      _exit(code);
+    }
+    children.push_back(pid);
+  }
+  for (const pid_t pid : children) {
+    int status = -1;
+    waitpid(pid, &status, 0);
+    CHECK(status == 0);
+  }
+  CHECK(store::list_jobs(paper.db).size() == 1);
+}
+
 TEST_CASE("an excluded reading changes the job and is not fitted", "[job]") {
   PaperStore paper;
   const Request request{.campaign = "paper", .stage = "idw"};
   const Outcome before = run(paper.db, request);
   store::exclude_reading(paper.db, paper.campaign, 7, "bumped");
-  CHECK(key_of(paper.db, request).key != before.job.data.key.key);
+  CHECK(inputs_of(paper.db, request).key.key != before.job.data.key.key);
   const Outcome after = run(paper.db, request);
   CHECK_FALSE(after.reused);
   CHECK(after.job.data.n_readings == 127);
@@ -98,8 +125,9 @@ TEST_CASE("the stored correction commands what the computed one did", "[job]") {
 TEST_CASE("lsq says its rank in words and gives no number for what it cannot know", "[job]") {
   PaperStore paper;
   const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = "lsq"});
-  CHECK_THAT(job_text(outcome.job, "paper"), Contains("rank 12 of 18"));
-  const Json details = job_json(outcome.job, "paper")["details"];
+  CHECK_THAT(job_text(outcome.job, campaign_of(paper.db, outcome.job.data)),
+             Contains("rank 12 of 18"));
+  const Json details = job_json(outcome.job, campaign_of(paper.db, outcome.job.data))["details"];
   CHECK(details["rank"] == 12);
   for (const Json& p : details["parameters"]) {
     CHECK(p["identified"].get<bool>() == p.contains("change"));

@@ -61,6 +61,21 @@ TEST_CASE("a session measures every point once, with the move that led to it", "
   }
 }
 
+TEST_CASE("a simulated stage never measures in a real campaign", "[session]") {
+  const TemporaryFolder folder;
+  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
+  const Request request = request_for(small_plan());
+  REQUIRE(run(db, request, {}).state == State::done);
+  Campaign real = store::load_campaign(db, store::require_campaign(db, "c").id).campaign;
+  real.name = "real";
+  real.simulated = false;
+  store::add_campaign(db, real);
+  Request into_real = request;
+  into_real.campaign = "real";
+  CHECK_THROWS_WITH(run(db, into_real, {}), Contains("the campaign is real"));
+  CHECK(store::list_sessions(db, store::require_campaign(db, "real").id).empty());
+}
+
 TEST_CASE("stopped after any point and resumed, a session gives the undisturbed bits",
           "[session]") {
   const TemporaryFolder folder;
