@@ -10,7 +10,6 @@ namespace {
 
 // Steps of SQLite's machine between two looks at the clock: some 0.1 ms.
 constexpr int kStepsPerLook = 10'000;
-constexpr int kLongestValueBytes = 64 * 1024 * 1024;
 
 int time_is_over(void* deadline) {
   using Clock = std::chrono::steady_clock;
@@ -36,12 +35,19 @@ bool is_one_statement(Connection& connection, const std::string& sql) {
   return n == 1;
 }
 
+std::string select_of(Connection& connection, const std::string& sql) {
+  Statement find(connection,
+                 "SELECT name FROM sqlite_schema WHERE type IN ('table', 'view') AND name = ?");
+  find << sql;
+  return find.step() ? "SELECT * FROM \"" + find.text(0) + "\"" : sql;
+}
+
 }  // namespace
 
-Query::Query(Connection& connection, const std::string& sql, std::chrono::milliseconds limit)
+Query::Query(Connection& connection, const std::string& question, std::chrono::milliseconds limit)
     : connection_(connection), deadline_(std::chrono::steady_clock::now() + limit) {
   TRAMMEL_ASSERT(connection.access() == Access::read_only);
-  sqlite3_limit(connection.handle(), SQLITE_LIMIT_LENGTH, kLongestValueBytes);
+  const std::string sql = select_of(connection, question);
   if (is_one_statement(connection, sql)) statement_.emplace(connection, sql);
   if (!statement_ || sqlite3_stmt_readonly(statement_->handle()) == 0 ||
       statement_->columns() == 0) {

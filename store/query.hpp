@@ -15,8 +15,9 @@ using Cell = std::variant<std::nullptr_t, std::int64_t, double, std::string>;  /
 /// when the query goes.
 class Query {
  public:
+  /// `question` is one SELECT, or the name of a table or view: all of it.
   /// @throws InputError  not one statement that only reads; what SQLite says of it otherwise
-  Query(Connection& connection, const std::string& sql, std::chrono::milliseconds limit);
+  Query(Connection& connection, const std::string& question, std::chrono::milliseconds limit);
   ~Query();
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;

@@ -21,14 +21,9 @@ std::string text_of(const Cell& cell) {
   return "";
 }
 
-// A spreadsheet runs text that begins like a formula: a quote in front makes it text. Numbers stay.
 std::string csv_text(const Cell& cell) {
-  std::string text = text_of(cell);
   const bool is_text = std::holds_alternative<std::string>(cell);
-  if (is_text && !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string::npos) {
-    text.insert(text.begin(), '\'');
-  }
-  return csv_cell(text);
+  return csv_cell(is_text ? defused(text_of(cell)) : text_of(cell));
 }
 
 Json json_of(const Cell& cell) {
@@ -110,9 +105,11 @@ void setup_query(CLI::App& app, Context& context) {
   const auto options = std::make_shared<QueryOptions>();
   CLI::App* query = app.add_subcommand(
       "query",
-      "Answer one SELECT on the database, read only.\n"
-      "Views: v_accuracy, v_point_error, v_job, v_drift, v_point_status; see store/README.md");
-  query->add_option("SQL", options->sql, "One SELECT")->required();
+      "Answer one SELECT on the database, read only; export a table or view.\n"
+      "Views: v_accuracy, v_point_error, v_job, v_drift, v_point_status; see store/README.md.\n"
+      "Ten questions with their answers: examples/queries");
+  query->add_option("SQL", options->sql, "One SELECT, or the name of a table or view: all of it")
+      ->required();
   CLI::Option* csv = query->add_flag("--csv", options->csv, "Comma-separated values");
   query->add_flag("--ndjson", options->ndjson, "One JSON object a line")->excludes(csv);
   query->add_option("--timeout_s", options->timeout_s, "Stop after so many seconds (default 30)")

@@ -1,8 +1,11 @@
 #include "app/exchange/csv.hpp"
 
 #include <algorithm>
+#include <array>
+#include <optional>
 
 #include "app/exchange/files.hpp"
+#include "app/exchange/numbers.hpp"
 
 namespace trammel {
 
@@ -20,7 +23,13 @@ class Scanner {
   CsvTable::Row row() {
     CsvTable::Row row{.line = line_, .cells = {}};
     for (;;) {
+      if (row.cells.size() == kMaxCsvColumns) {
+        refuse("more than " + std::to_string(kMaxCsvColumns) + " columns");
+      }
       row.cells.push_back(cell());
+      if (row.cells.back().text.size() > kMaxCsvCellBytes) {
+        refuse("a cell of more than " + std::to_string(kMaxCsvCellBytes) + " bytes");
+      }
       if (at_end() || text_[at_] != ',') break;
       ++at_;
     }
@@ -126,6 +135,17 @@ void check_length(const CsvTable& table, const CsvTable::Row& row) {
                     .expected = std::to_string(n)});
 }
 
+// Where the sign stands that makes a spreadsheet run the text, behind any '; or none.
+std::optional<std::size_t> sign_at(std::string_view text) {
+  static constexpr std::array<std::string_view, 10> kSigns = {
+      "=", "+", "-", "@", "\t", "\r", "\uFF1D", "\uFF0B", "\uFF0D", "\uFF20"};
+  const std::size_t at = std::min(text.find_first_not_of('\''), text.size());
+  for (const std::string_view sign : kSigns) {
+    if (text.substr(at).starts_with(sign)) return at;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Where CsvTable::where(const Row& row, std::size_t k) const {
@@ -143,6 +163,11 @@ CsvTable parse_csv(std::string text, const std::string& name) {
   table.header = scanner.row();
   check_header(table);
   while (!scanner.at_end()) {
+    if (table.rows.size() == kMaxCsvRows) {
+      throw InputError({.what = "more than " + std::to_string(kMaxCsvRows) + " rows",
+                        .where = {.file = name},
+                        .hint = "import it in parts"});
+    }
     table.rows.push_back(scanner.row());
     if (is_blank(table.rows.back()) && table.header.cells.size() > 1) {
       throw InputError({.what = "an empty line",
@@ -162,6 +187,15 @@ std::string csv_cell(std::string_view text) {
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
   return quoted + "\"";
+}
+
+std::string defused(std::string_view text) {
+  if (!sign_at(text) || parse_number(text)) return std::string(text);
+  return "'" + std::string(text);
+}
+
+std::string_view undefused(std::string_view cell) {
+  return cell.starts_with('\'') && sign_at(cell) ? cell.substr(1) : cell;
 }
 
 }  // namespace trammel

@@ -35,15 +35,27 @@ struct CsvTable {
 };
 
 inline constexpr std::size_t kMaxCsvBytes = 512u << 20;
+inline constexpr std::size_t kMaxCsvRows = 2'000'000;
+inline constexpr std::size_t kMaxCsvColumns = 1000;
+inline constexpr std::size_t kMaxCsvCellBytes = 100'000;
 
 /// RFC 4180: comma-separated, "quoted ""cells""", CRLF or LF, the last newline may be missing, a
 /// byte order mark is skipped. Throws InputError with line and column: no header, an empty or
 /// repeated column name, a row with more or fewer cells than the header, a quote that does not
-/// close, text after a closing quote, a NUL byte, an empty line. Proof: csv_test.cpp.
+/// close, text after a closing quote, a NUL byte, an empty line, more than the caps above. Proof:
+/// csv_test.cpp.
 CsvTable parse_csv(std::string text, const std::string& name);
 CsvTable read_csv(const std::filesystem::path& path);
 
 /// A cell as RFC 4180 writes it: quoted when it must be.
 std::string csv_cell(std::string_view text);
+
+/// Free text for a cell: what a spreadsheet would run (it begins with = + - @, tab, carriage
+/// return, or a full-width form of these) gets a ' in front, as it would be typed to be text. A
+/// number stays as it is. Nothing is lost: text that begins with ' and then such a sign gets one
+/// more. Proof: csv_test.cpp.
+std::string defused(std::string_view text);
+/// The text that `defused` was given.
+std::string_view undefused(std::string_view cell);
 
 }  // namespace trammel

@@ -63,7 +63,13 @@ class Builder : public nlohmann::json_sax<Json> {
   bool number_integer(number_integer_t value) override { return add(value); }
   bool number_unsigned(number_unsigned_t value) override { return add(value); }
   bool number_float(number_float_t value, const string_t&) override { return add(value); }
-  bool string(string_t& value) override { return add(std::move(value)); }
+  bool string(string_t& value) override {
+    if (value.size() > kMaxJsonTextBytes) {
+      refuse("a text of " + std::to_string(value.size()) + " bytes", token(),
+             "at most " + std::to_string(kMaxJsonTextBytes));
+    }
+    return add(std::move(value));
+  }
   bool binary(binary_t&) override { return false; }
   bool start_object(std::size_t) override { return open(Json::object()); }
   bool start_array(std::size_t) override { return open(Json::array()); }
@@ -113,7 +119,19 @@ class Builder : public nlohmann::json_sax<Json> {
     return at;
   }
 
-  Json* place(Json value, std::string& path) {
+  Json* place(Json value, std::string& path, JsonFile::Position at) {
+    Json* placed = put(std::move(value), path);
+    if (++n_values_ > kMaxJsonValues) {
+      refuse("too many values", at, "at most " + std::to_string(kMaxJsonValues));
+    }
+    if (path.size() > kMaxJsonPathBytes) {
+      refuse("the keys that lead here are too long", at,
+             "at most " + std::to_string(kMaxJsonPathBytes) + " bytes together");
+    }
+    return placed;
+  }
+
+  Json* put(Json value, std::string& path) {
     if (open_.empty()) {
       file_.value = std::move(value);
       return &file_.value;
@@ -131,7 +149,7 @@ class Builder : public nlohmann::json_sax<Json> {
   bool add(Json value) {
     std::string path;
     const JsonFile::Position at = token();
-    place(std::move(value), path);
+    place(std::move(value), path, at);
     file_.positions.emplace(path, at);
     return true;
   }
@@ -142,7 +160,7 @@ class Builder : public nlohmann::json_sax<Json> {
       refuse("nested too deeply", at, "at most " + std::to_string(kMaxJsonDepth) + " levels");
     }
     std::string path;
-    Json* node = place(std::move(value), path);
+    Json* node = place(std::move(value), path, at);
     file_.positions.emplace(path, at);
     open_.push_back({node, path});
     return true;
@@ -161,6 +179,7 @@ class Builder : public nlohmann::json_sax<Json> {
   std::vector<Level> open_;
   std::string key_;
   std::size_t last_ = 0;
+  std::size_t n_values_ = 0;
 };
 
 }  // namespace

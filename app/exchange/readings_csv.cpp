@@ -253,7 +253,7 @@ class Reader {
     std::map<std::string, std::string> extras;
     for (const std::size_t k : extra_at_) {
       const std::string_view text = row_->cells[k].text;
-      if (!text.empty()) extras.emplace(table_.header.cells[k].text, text);
+      if (!text.empty()) extras.emplace(table_.header.cells[k].text, undefused(text));
     }
     return extras;
   }
@@ -336,7 +336,7 @@ std::string readings_csv(const CampaignFile& file) {
     std::vector<std::string> cells = reading_cells(file.campaign.readings[k]);
     for (const std::string& column : file.extra_columns) {
       const auto extra = file.extras.at(k).find(column);
-      cells.push_back(extra == file.extras.at(k).end() ? "" : extra->second);
+      cells.push_back(extra == file.extras.at(k).end() ? "" : defused(extra->second));
     }
     add_line(text, cells);
   }

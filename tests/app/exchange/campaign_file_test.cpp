@@ -114,6 +114,19 @@ TEST_CASE("x_ columns and facts are kept as they are", "[exchange]") {
   check_same(file, read_campaign(folder.path() / "campaign.json"));
 }
 
+TEST_CASE("formulas in x_ columns leave defused and come back as they were", "[exchange]") {
+  const CampaignFile file = read(kColumns +
+                                 ",x_note,x_n\n"
+                                 "1,0,0,0,261.8,261.8,261.8,0,0,0,'=1+1,-1.5\n"
+                                 "2,0,0,0,261.8,261.8,261.8,0,0,0,@SUM(A1),+2\n");
+  CHECK(file.extras[0].at("x_note") == "=1+1");
+  const TemporaryFolder folder;
+  write_campaign(file, folder.path());
+  const std::string text = read_text(folder.path() / "readings.csv");
+  CHECK_THAT(text, Contains(",'=1+1,-1.5\n") && Contains(",'@SUM(A1),+2\n"));
+  check_same(file, read_campaign(folder.path() / "campaign.json"));
+}
+
 TEST_CASE("without from columns a move begins where the row before ended, the first at home",
           "[exchange]") {
   const CampaignFile file = read(kColumns +

@@ -53,3 +53,36 @@ TEST_CASE("a broken table is refused with line and column", "[exchange]") {
     }
   }
 }
+
+TEST_CASE("text that a spreadsheet would run is defused, numbers are not, and nothing is lost",
+          "[exchange]") {
+  for (const char* active : {"=1+1", "+1+1", "-1+1", "@SUM(A1)", "\t=1", "\r=1", "'=1", "''+x",
+                             "\uFF1D1+1", "-", "+49 30 12", "--1", "=HYPERLINK(\"x\")"}) {
+    CAPTURE(active);
+    CHECK(defused(active) == "'" + std::string(active));
+    CHECK(undefused(defused(active)) == active);
+  }
+  for (const char* harmless : {"", "a", "0.1", "-1.5", "-1e-9", "1+1", "'", "'a", "''", " =1"}) {
+    CAPTURE(harmless);
+    CHECK(defused(harmless) == harmless);
+    CHECK(undefused(harmless) == harmless);
+  }
+}
+
+TEST_CASE("columns, rows and cells are capped", "[exchange]") {
+  const auto error_of = [](const std::string& text) -> std::string {
+    try {
+      (void)parse_csv(text, "t.csv");
+    } catch (const InputError& error) {
+      return error.text().what;
+    }
+    return "";
+  };
+  CHECK_THAT(error_of(std::string(100'000'000, ',')), Contains("more than 1000 columns"));
+  CHECK_THAT(error_of("a\n" + std::string(kMaxCsvCellBytes + 1, 'x')), Contains("a cell of more"));
+  CHECK_THAT(error_of("a\n\"" + std::string(kMaxCsvCellBytes + 1, 'x') + "\""),
+             Contains("a cell of more"));
+  std::string rows = "a\n";
+  for (std::size_t k = 0; k <= kMaxCsvRows; ++k) rows += "1\n";
+  CHECK_THAT(error_of(rows), Contains("more than 2000000 rows"));
+}

@@ -66,6 +66,17 @@ TEST_CASE("nesting is capped", "[exchange]") {
   CHECK_THAT(parse_error(std::string(100000, '[')).what, Contains("too deeply"));
 }
 
+TEST_CASE("values, texts and paths are capped", "[exchange]") {
+  std::string many = "[0";
+  for (std::size_t k = 0; k < kMaxJsonValues; ++k) many += ",0";
+  CHECK_THAT(parse_error(many + "]").what, Contains("too many values"));
+  CHECK_THAT(parse_error("[\"" + std::string(kMaxJsonTextBytes + 1, 'x') + "\"]").what,
+             Contains("a text of 100001 bytes"));
+  const std::string key = "{\"" + std::string(200, 'k') + "\": ";
+  CHECK_NOTHROW(parse_json(key + key + "1}}", "a.json"));
+  CHECK_THAT(parse_error(key + key + key + "1}}}").what, Contains("too long"));
+}
+
 TEST_CASE("a missing file is not found", "[exchange]") {
   CHECK_THROWS_AS(read_json("/nonexistent/a.json"), NotFoundError);
 }
