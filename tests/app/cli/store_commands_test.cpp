@@ -1,12 +1,15 @@
 // The commands on the database, as a person gives them: words in, data on stdout, an exit code.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 
 #include "app/cli/cli.hpp"
 #include "app/cli/commands.hpp"
 #include "store/job.hpp"
+#include "tests/app/job/campaign_fixture.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/paths.hpp"
@@ -98,6 +101,8 @@ TEST_CASE("query answers as text, CSV, JSON and NDJSON, and changes nothing", "[
   CHECK(json["rows"][1]["x_mm_2"] == 20.05);
   CHECK(run(folder, {"query", sql, "--ndjson"}).out ==
         "{\"seq\":1,\"x_mm\":10.1,\"x_mm_2\":10.1}\n{\"seq\":2,\"x_mm\":20.05,\"x_mm_2\":20.05}\n");
+  CHECK(run(folder, {"query", "campaign_fact", "--csv"}).out ==
+        run(folder, {"query", "SELECT * FROM campaign_fact", "--csv"}).out);
   CHECK(run(folder, {"query", "DELETE FROM reading"}).code == 4);
   CHECK(run(folder, {"query", "SELEKT"}).code == 4);
   CHECK(run(folder, {"query", sql, "--csv", "--ndjson"}).code == 2);
@@ -116,6 +121,73 @@ TEST_CASE("text that a spreadsheet or a terminal would act on is made harmless i
   CHECK_THAT(run(folder, {"query", sql, "--csv"}).out,
              Contains("\"'=HYPERLINK") && Contains(",-1.5"));
   CHECK_THAT(run(folder, {"query", sql}).out, !Contains("\x1b"));
+}
+
+TEST_CASE("every table and view is exported by its name, and sqlite3 reads the file as it is",
+          "[cli]") {
+  const TempFolder folder;
+  fill(folder);
+  const auto names = run(folder, {"query",
+                                  "SELECT name FROM sqlite_schema WHERE type IN ('table', 'view') "
+                                  "AND name NOT LIKE 'sqlite_%'",
+                                  "--json"})
+                         .json();
+  REQUIRE(names["rows"].size() == 19 + 5);
+  for (const auto& row : names["rows"]) {
+    const std::string name = row["name"];
+    INFO(name);
+    const Answer csv = run(folder, {"query", name, "--csv"});
+    CHECK(csv.code == 0);
+    const auto n = run(folder, {"query", "SELECT count(*) AS n FROM " + name, "--json"}).json();
+    const Answer lines = run(folder, {"query", name, "--ndjson"});
+    CHECK(std::count(lines.out.begin(), lines.out.end(), '\n') ==
+          std::max(n["rows"][0]["n"].get<int>(), 0));
+    const std::string shell = "sqlite3 -readonly '" + folder.file("lab.db").string() +
+                              "' 'SELECT count(*) FROM " + name + "' > " +
+                              folder.file("sqlite3.txt").string();
+    REQUIRE(std::system(shell.c_str()) == 0);
+    std::ifstream in(folder.file("sqlite3.txt"));
+    int seen = -1;
+    in >> seen;
+    CHECK(seen == n["rows"][0]["n"]);
+  }
+}
+
+TEST_CASE("job diff, why and verify say what differs, what made it stale, and whether it repeats",
+          "[cli]") {
+  const TempFolder folder;
+  {
+    store::Connection db = store::open(folder.file("lab.db"), store::Access::create);
+    store::import_campaign(db, tests::paper_campaign());
+  }
+  REQUIRE(run(folder, {"calibrate", "idw", "paper"}).code == 0);
+  CHECK_THAT(run(folder, {"job", "show", "1"}).out, Contains("paper (SIMULATED)"));
+  CHECK(run(folder, {"job", "show", "1", "--json"}).json()["kind"] == "simulated");
+  CHECK_THAT(run(folder, {"job", "why", "1"}).out, Contains("nothing of it has changed"));
+  CHECK(run(folder, {"job", "verify", "1"}).code == 0);
+  REQUIRE(run(folder, {"reading", "exclude", "paper", "--seq", "7", "--reason", "bumped"}).code ==
+          0);
+  CHECK_THAT(run(folder, {"job", "why", "1"}).out,
+             Contains("changed since: exclusions: seq 7 is left out now: bumped") &&
+                 Contains("readings: 127 now, 128 then"));
+  CHECK(run(folder, {"job", "verify", "1"}).code == 5);
+  REQUIRE(run(folder, {"job", "rerun", "1"}).code == 0);
+  CHECK_THAT(run(folder, {"job", "show", "2"}).out, Contains("left out: seq 7: bumped"));
+  const Answer text = run(folder, {"job", "diff", "1", "2"});
+  CHECK_THAT(text.out, Contains("inputs that differ: exclusions, readings") &&
+                           Contains("only job 2 leaves out seq 7: bumped") &&
+                           Contains("1 readings only in job 1") &&
+                           !Contains("attitude_deg (held-out).before"));
+  const auto diff = run(folder, {"job", "diff", "1", "2", "--json"}).json();
+  CHECK(diff["parameters"].empty());
+  CHECK(diff["settings"].empty());
+  CHECK(diff["readings_only_in"]["a"].dump() == "[7]");
+  CHECK(diff["common_readings"] == 127);
+  CHECK(diff["points"].size() < 127);  // IDW is local, and exact where it was fitted
+  REQUIRE_FALSE(diff["points"].empty());
+  const auto same = run(folder, {"job", "diff", "2", "2", "--json"}).json();
+  CHECK(same["same_result"] == true);
+  CHECK((same["points"].empty() && same["statistics"].empty() && same["changed"].empty()));
 }
 
 TEST_CASE("db verify says ok of a whole file, names the row of a changed one and exits with 5",
