@@ -118,9 +118,8 @@ TEST_CASE("v_accuracy takes before from the session that shares most targets, no
   Lab lab;
   const Id campaign = add_campaign(lab.writer, test::small_campaign());
   test::measured_session(lab.writer, campaign, "baseline", 4);
-  const Id job_id =
-      add_job(lab.writer,
-              {.campaign_id = campaign, .key = {std::string(64, 'a'), {}}, .stage = "idw"});
+  const Id job_id = add_job(
+      lab.writer, {.campaign_id = campaign, .key = {std::string(64, 'a'), {}}, .stage = "idw"});
   const auto walk = [&](const std::string& name, std::optional<Id> job, int n, double error_mm) {
     const Id session = create_session(lab.writer, {.campaign_id = campaign,
                                                    .name = name,
@@ -130,7 +129,8 @@ TEST_CASE("v_accuracy takes before from the session that shares most targets, no
     for (const Point& point : points(lab.writer, session)) {
       NewReading reading = test::reading_at(point);
       reading.reading.measured = Pose{point.target.x_mm + error_mm, point.target.y_mm, 0};
-      finish_attempt(lab.writer, begin_attempt(lab.writer, session, point.seq, epoch.id), {reading});
+      finish_attempt(lab.writer, begin_attempt(lab.writer, session, point.seq, epoch.id),
+                     {reading});
     }
   };
   walk("again", job_id, 4, 0.001);

@@ -6,6 +6,7 @@
 #include "store/job.hpp"
 #include "store/model.hpp"
 #include "tests/store/fixtures.hpp"
+#include "tests/stress/byte_sweep.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;
@@ -72,26 +73,54 @@ void tamper(const std::filesystem::path& file, const std::string& table, const s
 
 }  // namespace
 
-TEST_CASE("every single changed byte of a stored reading is found, and an untouched file verifies",
+TEST_CASE("every single changed byte of every stored reading is found and the reading named",
           "[store]") {
   const TempFolder folder;
-  const std::string whole = whole_database(folder);
-  const auto file = folder.file("changed.db");
-  write(file, whole);
-  REQUIRE(verdict(file).empty());  // the control
+  whole_database(folder);
+  const test::SweepCount count =
+      test::sweep_bytes(folder.file("copy.db"), {.table = "reading", .masks = {0x01}});
+  CHECK(count.rows == 9);
+  CHECK(count.bytes > 9 * 100);
+  CHECK(count.found == count.bytes);
+  CHECK(count.named == count.bytes);
+  CHECK(count.untouched_is_clean);  // the control
+  INFO(count.first_miss);
+  CHECK(count.first_miss.empty());
+}
 
-  // SQLite fills a page from its end: the reading whose reply stands last in the file has other
-  // readings on both sides. Some 90 bytes of header and numbers come before the reply, the digest
-  // after it.
-  const std::size_t reply = whole.rfind("AP 1 2 3");
-  REQUIRE(reply != std::string::npos);
-  for (std::size_t at = reply - 90; at < reply + 8 + 32; ++at) {
-    std::string changed = whole;
-    changed[at] = static_cast<char>(changed[at] ^ 1);
-    write(file, changed);
-    INFO("byte " << at << ", reply at " << reply);
-    CHECK_FALSE(verdict(file).empty());
+TEST_CASE("a changed value in any column of a raw table is found", "[store]") {
+  const TempFolder folder;
+  whole_database(folder);
+  const auto file = folder.file("copy.db");
+  const std::string whole = bytes_of(file);
+  int n_columns = 0;
+  for (const std::string table :
+       {"reading", "point", "attempt", "epoch", "session", "campaign", "campaign_chain",
+        "campaign_fact", "exclusion", "session_event"}) {
+    std::vector<std::pair<std::string, std::string>> columns;
+    {
+      Connection db(file, Access::read_only);
+      Statement rows(db, "SELECT name, type FROM pragma_table_info(?)");
+      rows << table;
+      while (rows.step()) columns.emplace_back(rows.text(0), rows.text(1));
+    }
+    for (const auto& [column, type] : columns) {
+      INFO(table << "." << column);
+      const std::string value = type == "BLOB"   ? "zeroblob(32)"
+                                : type == "TEXT" ? "coalesce(" + column + ", '') || ' '"
+                                                 : "coalesce(" + column + ", 0) + 1";
+      tamper(file, table,
+             "PRAGMA ignore_check_constraints = ON; UPDATE OR IGNORE " + table + " SET " + column +
+                 " = " + value + " WHERE rowid = (SELECT max(rowid) FROM " + table + ")");
+      CHECK_FALSE(verdict(file).empty());
+      write(file, whole);
+      std::filesystem::remove(file.string() + "-wal");
+      std::filesystem::remove(file.string() + "-shm");
+      ++n_columns;
+    }
   }
+  CHECK(n_columns > 90);
+  CHECK(verdict(file).empty());
 }
 
 TEST_CASE("verify names the reading that was changed", "[store]") {

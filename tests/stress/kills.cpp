@@ -1,0 +1,166 @@
+#include "tests/stress/kills.hpp"
+
+#include <fcntl.h>
+#include <pty.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <map>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "core/random.hpp"
+#include "store/campaign.hpp"
+#include "store/open.hpp"
+#include "store/session.hpp"
+#include "store/verify.hpp"
+#include "tests/support/paths.hpp"
+
+namespace trammel::test {
+
+namespace {
+
+constexpr int kPoints = 80;
+
+std::vector<std::string> words_for(const std::string& file, bool begun) {
+  if (begun) return {"session", "resume", "c", "--db", file, "--session", "paper-80"};
+  return {"session",  "run",     "c",
+          "--db",     file,      "--plan",
+          "paper-80", "--stage", "sim:" + tests::source_folder() + "/examples/paper/robot.json"};
+}
+
+struct Life {
+  bool killed = false;
+  int exit_code = -1;
+  int told = 0;  // "k/80" on its terminal
+};
+
+/// The last k of "] k/80" in what the program drew.
+int last_told(const std::string& text) {
+  const std::string of = "/" + std::to_string(kPoints) + ",";
+  const auto slash = text.rfind(of);
+  if (slash == text.npos) return 0;
+  const auto begin = text.find_last_not_of("0123456789", slash - 1);
+  return std::stoi(text.substr(begin + 1, slash - begin - 1));
+}
+
+Life live(const std::vector<std::string>& words, double patience_s) {
+  std::string program = tests::build_folder() + "/trammel";
+  std::vector<char*> arguments = {program.data()};
+  std::vector<std::string> copies = words;
+  for (std::string& word : copies) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  int terminal = -1;
+  const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
+  if (child < 0) throw std::runtime_error("forkpty");
+  if (child == 0) {
+    execv(arguments[0], arguments.data());
+    _exit(127);
+  }
+  std::thread killer;
+  if (patience_s > 0) {
+    killer = std::thread([child, patience_s] {
+      std::this_thread::sleep_for(std::chrono::duration<double>(patience_s));
+      kill(child, SIGKILL);  // not yet waited for: the number is still its own
+    });
+  }
+  std::string text;
+  char buffer[4096];
+  for (ssize_t n = 0; (n = read(terminal, buffer, sizeof buffer)) > 0;) {
+    text.append(buffer, static_cast<std::size_t>(n));
+  }
+  if (killer.joinable()) killer.join();
+  close(terminal);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return {.killed = WIFSIGNALED(status),
+          .exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1,
+          .told = last_told(text)};
+}
+
+struct State {
+  bool begun = false;
+  bool verifies = true;
+  std::map<int, std::vector<Reading>> by_point;
+};
+
+State state_of(const std::string& file) {
+  State state;
+  if (!std::filesystem::exists(file)) return state;
+  // As the next program does: an unfinished creation is made anew.
+  store::Connection db = store::open(file, store::Access::create);
+  state.verifies = store::verify(db).ok();
+  const auto campaign = store::find_campaign(db, "c");
+  const auto session = campaign ? store::find_session(db, campaign->id, "paper-80") : std::nullopt;
+  if (!session) return state;
+  state.begun = true;
+  std::map<store::Id, int> seq_of;
+  for (const store::Attempt& a : store::attempts(db, session->id)) {
+    if (a.status == "ok") seq_of[a.id] = a.point_seq;
+  }
+  for (const store::StoredReading& r : store::readings(db, campaign->id, {session->id})) {
+    state.by_point[seq_of.at(r.attempt_id.value())].push_back(r.data.reading);
+  }
+  return state;
+}
+
+bool same_bits(const Reading& a, const Reading& b) {
+  return a.target == b.target && a.set == b.set && a.measured == b.measured &&
+         a.conditions.cmd_mm == b.conditions.cmd_mm &&
+         a.conditions.from_mm == b.conditions.from_mm &&
+         a.conditions.time_s == b.conditions.time_s &&
+         a.conditions.temp_degc == b.conditions.temp_degc;
+}
+
+}  // namespace
+
+KillCount sweep_kills(const std::filesystem::path& folder, int kills, std::uint64_t seed) {
+  KillCount count;
+  const std::string whole = folder / "whole.db";
+  const auto began = std::chrono::steady_clock::now();
+  if (live(words_for(whole, false), 0).exit_code != 0) throw std::runtime_error("not recorded");
+  const std::chrono::duration<double> takes = std::chrono::steady_clock::now() - began;
+  const State expected = state_of(whole);
+  Random random(seed);
+  const auto problem = [&count](const std::string& what) {
+    if (count.first_problem.empty()) count.first_problem = what;
+  };
+  while (count.kills < kills) {
+    const std::string file = folder / (std::to_string(count.campaigns++) + ".db");
+    State now;
+    for (int lives = 0;; ++lives) {
+      const bool left_alone = lives >= 20 || count.kills >= kills;
+      const Life life = live(words_for(file, now.begun),
+                             left_alone ? 0 : random.uniform(0, 0.6) * takes.count() + 1e-4);
+      now = state_of(file);
+      if (!now.verifies) {
+        ++count.corrupt;
+        problem("does not verify: " + file);
+      }
+      if (static_cast<int>(now.by_point.size()) < life.told) {
+        ++count.lost;
+        problem(std::to_string(life.told) + " told, " + std::to_string(now.by_point.size()) +
+                " there");
+      }
+      if (life.exit_code == 0) break;
+      if (!life.killed) throw std::runtime_error("exit " + std::to_string(life.exit_code));
+      ++count.kills;
+      count.with_points += life.told > 0 ? 1 : 0;
+    }
+    for (const auto& [seq, readings] : now.by_point) {
+      count.repeated += readings.size() == 1 ? 0 : 1;
+      count.different += same_bits(readings.front(), expected.by_point.at(seq).front()) ? 0 : 1;
+    }
+    if (now.by_point.size() != static_cast<std::size_t>(kPoints)) problem("a point is missing");
+    for (const char* suffix : {"", "-wal", "-shm"}) {
+      std::error_code ignored;
+      std::filesystem::remove(file + suffix, ignored);
+    }
+  }
+  return count;
+}
+
+}  // namespace trammel::test

@@ -1,0 +1,25 @@
+#pragma once
+// The real program, killed at random times until its campaign is done, again and again.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace trammel::test {
+
+struct KillCount {
+  int campaigns = 0;
+  int kills = 0;        // that hit a running program
+  int with_points = 0;  // of these, with acknowledged points of the life that ended
+  int lost = 0;         // kills after which an acknowledged point was missing
+  int corrupt = 0;      // kills after which the database did not verify
+  int repeated = 0;     // points with two ok attempts, of all campaigns
+  int different = 0;    // readings with other bits than those of an undisturbed campaign
+  std::string first_problem = {};
+};
+
+/// Runs `session run|resume` over 80 points on a terminal of its own, where the program says of
+/// each point that it is stored, until `kills` have hit.
+KillCount sweep_kills(const std::filesystem::path& folder, int kills, std::uint64_t seed);
+
+}  // namespace trammel::test

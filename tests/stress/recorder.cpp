@@ -1,0 +1,83 @@
+#include "tests/stress/recorder.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "core/plan/build.hpp"
+#include "core/plan/grids.hpp"
+#include "store/campaign.hpp"
+#include "store/verify.hpp"
+#include "tests/support/paths.hpp"
+
+namespace trammel::test {
+
+Plan plan_of_points(int n) {
+  std::vector<Pose> targets = paper_80();
+  targets.resize(static_cast<std::size_t>(n));
+  return build_plan({.name = "stress", .groups = {{"", targets}}});
+}
+
+Recording record(const std::filesystem::path& file, int n_points,
+                 const std::function<void(int)>& at_question,
+                 const std::function<void(store::Connection&)>& opened) {
+  Recording recording;
+  session::Request request;
+  request.campaign = "c";
+  request.session = "s";
+  request.plan = plan_of_points(n_points);
+  request.stage = "sim:" + tests::source_folder() + "/examples/paper/robot.json";
+  session::Surroundings around;
+  // The runner asks once before the set-up, then twice a point: before it, when all points before
+  // are stored and told, and before its reading.
+  int questions = 0;
+  around.stop_signals = [&] {
+    recording.acknowledged = (questions++ - 1) / 2;
+    if (at_question) at_question(recording.acknowledged);
+    return 0;
+  };
+  try {
+    store::Connection db = store::open(file, store::Access::create);
+    if (opened) opened(db);
+    const session::Outcome outcome = session::run_or_resume(db, request, around);
+    recording.state = outcome.state;
+    if (outcome.n_stored == n_points && questions != 1 + 2 * n_points) {
+      throw std::logic_error("the runner asks otherwise than this counts");
+    }
+    recording.acknowledged = outcome.n_stored;
+    recording.reported = outcome.state != session::State::done;
+    recording.error = outcome.detail;
+    if (at_question) at_question(recording.acknowledged);
+  } catch (const Error& error) {
+    recording.reported = true;
+    recording.error = error.what();
+  }
+  return recording;
+}
+
+Found look_at(const std::filesystem::path& file) {
+  Found found;
+  try {
+    store::Connection db = store::open(file, store::Access::create);
+    found.opens = true;
+    const store::CheckReport report = store::verify(db);
+    found.verifies = report.ok();
+    if (!report.ok()) found.problem = report.findings.front();
+    const auto campaign = store::find_campaign(db, "c");
+    const auto session = campaign ? store::find_session(db, campaign->id, "s") : std::nullopt;
+    if (!session) return found;
+    std::vector<int> seqs;
+    for (const store::Attempt& a : store::attempts(db, session->id)) {
+      if (a.status == "ok") seqs.push_back(a.point_seq);
+    }
+    std::ranges::sort(seqs);
+    while (static_cast<std::size_t>(found.n_points) < seqs.size() &&
+           seqs[static_cast<std::size_t>(found.n_points)] == found.n_points + 1) {
+      ++found.n_points;
+    }
+  } catch (const std::exception& error) {
+    found.problem = error.what();
+  }
+  return found;
+}
+
+}  // namespace trammel::test

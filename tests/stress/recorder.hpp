@@ -1,0 +1,39 @@
+#pragma once
+// The real recorder, measured by what it acknowledged: a session on the paper's virtual robot.
+
+#include <filesystem>
+#include <functional>
+
+#include "app/session/session.hpp"
+#include "store/open.hpp"
+
+namespace trammel::test {
+
+struct Recording {
+  int acknowledged = 0;    // points of which the runner has said that they are stored
+  bool reported = false;   // an error came out
+  std::string error = {};  // what it said
+  session::State state = session::State::planned;
+};
+
+/// A plan of `n` points of the paper's 80.
+Plan plan_of_points(int n);
+
+/// Opens (and makes) the database, runs or resumes session "s" of campaign "c" over a plan of
+/// `n_points`, closes it. `at_question` is called whenever the runner asks whether to go on, with
+/// the points acknowledged so far; `opened` once the database is open.
+Recording record(const std::filesystem::path& file, int n_points,
+                 const std::function<void(int)>& at_question = {},
+                 const std::function<void(store::Connection&)>& opened = {});
+
+struct Found {
+  bool opens = false;     // for writing, log recovered
+  bool verifies = false;  // every digest and count
+  int n_points = 0;       // stored as ok, from the plan's beginning
+  std::string problem = {};
+};
+
+/// What stands in a database after whatever happened to it.
+Found look_at(const std::filesystem::path& file);
+
+}  // namespace trammel::test
