@@ -78,6 +78,7 @@ Json judged_json(const Judged& j) {
                {"after_mm", summary_json(j.after_mm)},
                {"improvement_pct", j.improvement_pct ? Json(*j.improvement_pct) : Json()},
                {"improvement_95_pct", Json()},
+               {"covered_by_U_pct", j.covered_pct ? Json(*j.covered_pct) : Json()},
                {"verdict", j.verdict},
                {"points", points}};
   if (j.improvement_95_pct) {

@@ -92,6 +92,11 @@ std::string judged_text(const Judged& j) {
   text += fmt::format(
       "\n    U (k = 2) of a point {:.4f} to {:.4f} mm, mean {:.4f}; of phi {:.4f} to {:.4f} deg\n",
       u.min, u.max, u.mean, deg_from_rad(phi.min), deg_from_rad(phi.max));
+  if (j.covered_pct) {
+    text += fmt::format(
+        "    {:.1f} % of the coordinates lie within U and the reading's noise (95 % expected)\n",
+        *j.covered_pct);
+  }
   if (!j.verdict.empty()) text += "    " + j.verdict + "\n";
   return text;
 }

@@ -149,6 +149,18 @@ Pairs cross_validated(const store::Job& job, const Campaign& campaign,
   return pairs;
 }
 
+/// Share of the coordinates of place that lie within U (k = 2) and the reading's noise, where that
+/// noise is not in U already.
+double covered_pct(const Pairs& pairs, double sigma_mm) {
+  int covered = 0;
+  const std::vector<Pose> errors = pairs.errors();
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    const double limit = 2 * std::hypot(pairs.judged.points[k].U_mm / 2, sigma_mm);
+    for (const double e : {errors[k].x_mm, errors[k].y_mm}) covered += std::abs(e) <= limit ? 1 : 0;
+  }
+  return 100.0 * covered / static_cast<double>(2 * errors.size());
+}
+
 void judge(Pairs& pairs, const PointUncertainty& uncertainty, const Range& range,
            const std::optional<double>& floor_mm) {
   std::vector<double> before, after;
@@ -196,12 +208,15 @@ void warn(const Pairs& pairs, const Range& range, std::vector<std::string>& warn
   }
 }
 
-std::string whence(const std::vector<Pairs>& all, std::vector<Pose>& errors) {
+/// The held-out errors of all sets, their readings, and where they come from.
+std::string whence(const std::vector<Pairs>& all, std::vector<Pose>& errors,
+                   std::vector<const Reading*>& readings) {
   std::string names;
   for (const Pairs& p : all) {
     if (p.judged.in_sample) continue;
     const std::vector<Pose> own = p.errors();
     errors.insert(errors.end(), own.begin(), own.end());
+    readings.insert(readings.end(), p.before.begin(), p.before.end());
     names += (names.empty() ? "" : ", ") + p.judged.session;
   }
   return "held-out points (" + names + ")";
@@ -241,12 +256,18 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
   const Range range = range_of(fitted);
   const Correction correction = job::correction_of(job.data.result_json);
   std::optional<PointUncertainty> uncertainty;
+  double beside_mm = 0;  // noise of a reading that U leaves out
   if (noise.sigma) {
     uncertainty = own_uncertainty(correction, measured.campaign.mechanism, fitted, *noise.sigma);
   }
+  std::vector<Pose> errors;
+  std::vector<const Reading*> held_out;
+  const std::string from = whence(all, errors, held_out);
+  if (uncertainty) beside_mm = noise.sigma->xy_mm;
+  if (uncertainty && !errors.empty()) {
+    uncertainty = widened(*uncertainty, held_out, errors, *noise.sigma);
+  }
   if (!uncertainty) {
-    std::vector<Pose> errors;
-    const std::string from = whence(all, errors);
     if (errors.empty()) {
       throw InputError({.what = "nothing tells the uncertainty of this job's correction",
                         .expected = "held-out points, or enough readings to cross-validate"});
@@ -256,6 +277,7 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
   out.uncertainty_from = uncertainty->basis;
   for (Pairs& pairs : all) {
     judge(pairs, *uncertainty, range, floor_mm);
+    if (!pairs.judged.in_sample) pairs.judged.covered_pct = covered_pct(pairs, beside_mm);
     warn(pairs, range, out.warnings);
     out.sets.push_back(std::move(pairs.judged));
   }

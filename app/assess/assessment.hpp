@@ -42,6 +42,8 @@ struct Judged {
   std::optional<Interval> improvement_95_pct;
   std::string verdict;
   std::vector<Point> points;
+  /// Held-out: coordinates of place within U (k = 2) and the reading's noise; 95 is expected.
+  std::optional<double> covered_pct;
 };
 
 struct JobAssessment {

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "core/calibrate/model_uncertainty.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace trammel::assess {
 
@@ -111,6 +114,35 @@ std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
     }
   }
   return std::nullopt;
+}
+
+PointUncertainty widened(const PointUncertainty& of, std::span<const Reading* const> readings,
+                         std::span<const Pose> errors, const TrackerSigma& sigma) {
+  TRAMMEL_ASSERT(!errors.empty() && errors.size() == readings.size());
+  const auto n = static_cast<double>(errors.size());
+  double place = 0, phi = 0, place_expected = 0, phi_expected = 0;
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    const Expanded U = of.of(*readings[k]);
+    const Pose& e = errors[k];
+    place += (e.x_mm * e.x_mm + e.y_mm * e.y_mm) / (2 * n);
+    phi += e.phi_rad * e.phi_rad / n;
+    place_expected += (U.U_mm * U.U_mm / 4 + sigma.xy_mm * sigma.xy_mm) / n;
+    phi_expected += (U.U_rad * U.U_rad / 4 + sigma.phi_rad * sigma.phi_rad) / n;
+  }
+  const auto more = [](double seen, double expected, double coordinates) {
+    return seen > expected * (1 + 2 * std::sqrt(2 / coordinates)) ? seen - expected : 0.0;
+  };
+  const double more_mm2 = more(place, place_expected, 2 * n);
+  const double more_rad2 = more(phi, phi_expected, n);
+  if (more_mm2 == 0 && more_rad2 == 0) return of;
+  return {of.basis + fmt::format(", widened by {:.4f} mm and {:.4f} deg (one standard deviation) "
+                                 "that held-out points show beyond it",
+                                 std::sqrt(more_mm2), deg_from_rad(std::sqrt(more_rad2))),
+          [inner = of.of, more_mm2, more_rad2](const Reading& reading) {
+            const Expanded U = inner(reading);
+            return Expanded{.U_mm = 2 * std::sqrt(U.U_mm * U.U_mm / 4 + more_mm2),
+                            .U_rad = 2 * std::sqrt(U.U_rad * U.U_rad / 4 + more_rad2)};
+          }};
 }
 
 PointUncertainty held_out_uncertainty(std::span<const Pose> errors, const std::string& whence) {

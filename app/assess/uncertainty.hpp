@@ -31,6 +31,13 @@ std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
                                                 std::span<const Reading> fitted,
                                                 const TrackerSigma& sigma);
 
+/// `of`, widened by what held-out errors (of readings of the same order) show beyond it and the
+/// reading's noise, where that is more than chance (two standard deviations of a mean square):
+///   u'^2 = u^2 + mean(e^2) - mean(u^2 + sigma^2),   over both coordinates of place, and over phi
+/// Precondition: some errors, as many as readings.
+PointUncertainty widened(const PointUncertainty& of, std::span<const Reading* const> readings,
+                         std::span<const Pose> errors, const TrackerSigma& sigma);
+
 /// From held-out errors (measured less target, after correction): twice their root mean square a
 /// coordinate, the same everywhere, noise of the readings included.
 PointUncertainty held_out_uncertainty(std::span<const Pose> errors, const std::string& whence);

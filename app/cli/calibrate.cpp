@@ -72,6 +72,12 @@ void model_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
       "machining tolerances as priors instead of the least change");
 }
 
+void hybrid_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
+  model_options(c, o);
+  choice(c, o, "--always-map", "map", "always",
+         "use the map although it does not help on held-out blocks");
+}
+
 void contest_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
   parameter<int>(c, o, "--blocks", "blocks", "spatial blocks of the cross-validation (6)");
   parameter<int>(c, o, "--seed", "seed", "of the blocks (1)");
@@ -81,9 +87,9 @@ struct StageOptions {
   const char* stage;
   void (*add)(CLI::App&, const std::shared_ptr<CalibrateOptions>&);
 };
-constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},      {"idw", idw_options},
-                                          {"rbf", rbf_options},      {"geometry", model_options},
-                                          {"hybrid", model_options}, {"contest", contest_options}};
+constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},       {"idw", idw_options},
+                                          {"rbf", rbf_options},       {"geometry", model_options},
+                                          {"hybrid", hybrid_options}, {"contest", contest_options}};
 
 ExitCode run_calibrate(const CalibrateOptions& options, Context& context) {
   job::Request request = options.request;

@@ -74,9 +74,11 @@ std::string base_text(const StoredModel& model) {
     const bool geometry = p.group == "geometry";
     if (!geometry && !p.group.starts_with("epoch ")) continue;
     any = any || p.change != 0;
-    table.add({geometry ? p.name : p.name + " of " + p.group, fmt::format("{:.6f}", p.value),
-               fmt::format("{:+.6f}", p.change), cell(p.std, "{:.6f}"), p.unit,
-               p.not_identified ? "not by itself" : ""});
+    const bool known = !p.not_identified;
+    table.add({geometry ? p.name : p.name + " of " + p.group,
+               known ? fmt::format("{:.6f}", p.value) : "-",
+               known ? fmt::format("{:+.6f}", p.change) : "-", cell(p.std, "{:.6f}"), p.unit,
+               known ? "" : "not by itself"});
   }
   return any ? "\n" + table.text() : "";
 }
@@ -116,8 +118,11 @@ ExitCode run_show(const ModelOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
+bool withheld(const std::optional<ModelParameter>& p) { return p && p->not_identified; }
+
+/// A number stands only beside a parameter that is identified by itself.
 Json value_json(const std::optional<ModelParameter>& p) {
-  return p ? Json(p->value) : Json(nullptr);
+  return p && !p->not_identified ? Json(p->value) : Json(nullptr);
 }
 
 Json std_json(const std::optional<ModelParameter>& p) {
@@ -150,14 +155,17 @@ Json diff_json(const StoredModel& a, const StoredModel& b, const std::string& ca
   }
   for (const job::ParameterDifference& d : job::differences(a, b)) {
     const ModelParameter& any = d.a ? *d.a : *d.b;
-    json["parameters"].push_back({{"group", any.group},
-                                  {"name", any.name},
-                                  {"unit", any.unit},
-                                  {"a", value_json(d.a)},
-                                  {"b", value_json(d.b)},
-                                  {"difference", (d.b ? d.b->value : 0) - (d.a ? d.a->value : 0)},
-                                  {"std_a", std_json(d.a)},
-                                  {"std_b", std_json(d.b)}});
+    json["parameters"].push_back(
+        {{"group", any.group},
+         {"name", any.name},
+         {"unit", any.unit},
+         {"a", value_json(d.a)},
+         {"b", value_json(d.b)},
+         {"difference", withheld(d.a) || withheld(d.b)
+                            ? Json(nullptr)
+                            : Json((d.b ? d.b->value : 0) - (d.a ? d.a->value : 0))},
+         {"std_a", std_json(d.a)},
+         {"std_b", std_json(d.b)}});
   }
   return json;
 }
@@ -179,7 +187,9 @@ std::string diff_text(const Json& diff) {
     const std::string group = p["group"];
     table.add({(group == "geometry" ? "" : group + " ") + p["name"].get<std::string>(),
                number(p["a"]), number(p["b"]),
-               fmt::format("{:+.6g}", p["difference"].get<double>()), p["unit"]});
+               p["difference"].is_null() ? "not by itself"
+                                         : fmt::format("{:+.6g}", p["difference"].get<double>()),
+               p["unit"]});
   }
   return table.text();
 }

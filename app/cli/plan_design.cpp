@@ -20,6 +20,29 @@ std::string uncertainty_line(const std::string& where, const PoseUncertainty& u)
                      deg_from_rad(u.max_rad));
 }
 
+/// U (k = 2) in the unit it is shown in.
+double expanded(const IdentifiedCombination& c) {
+  return 2 * (c.is_angle ? deg_from_rad(1) : 1) * c.standard_uncertainty;
+}
+
+Json base_json(const PlanDesign& d) {
+  Json base = Json::array();
+  for (const IdentifiedCombination& c : d.base) {
+    base.push_back({{"name", c.name}, {"unit", c.unit}, {"alone", c.alone}, {"U_k2", expanded(c)}});
+  }
+  return base;
+}
+
+Json correlations_json(const PlanDesign& d) {
+  Json all = Json::array();
+  for (const Correlation& c : d.correlated) {
+    all.push_back({{"a", d.base[static_cast<std::size_t>(c.a)].name},
+                   {"b", d.base[static_cast<std::size_t>(c.b)].name},
+                   {"r", c.r}});
+  }
+  return all;
+}
+
 Json uncertainty_json(const PoseUncertainty& u) {
   return {{"mean_mm", u.mean_mm},
           {"max_mm", u.max_mm},
@@ -42,8 +65,13 @@ void design_options(CLI::App& c, DesignOptions& o) {
 PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignOptions& options) {
   const DesignModel model = design_model(mechanism, options.sigma(), options.effects);
   const Eigen::MatrixXd J = design_jacobian(model, expected_conditions(plan, mechanism));
-  PlanDesign design{.known = identifiability(model, J), .words = {}, .level = {}, .turned = {}};
-  design.words = in_words(design.known, scaled_parameters(model));
+  const auto parameters = scaled_parameters(model.parameters);
+  PlanDesign design;
+  design.known = identifiability(model, J);
+  const Eigen::MatrixXd expected = covariance(design.known, parameters);
+  design.base = identified_combinations(design.known, parameters, expected);
+  design.correlated = strong_correlations(design.base, expected);
+  design.words = in_words(design.known, parameters, design.base, design.correlated);
   design.level = predicted_uncertainty(model, J, comparison_poses(std::vector{0.0}));
   design.turned =
       predicted_uncertainty(model, J, comparison_poses(std::vector{-kTurnRad, 0.0, kTurnRad}));
@@ -53,6 +81,13 @@ PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignO
 std::string design_text(const PlanDesign& d) {
   std::string text;
   for (const std::string& sentence : d.words) text += sentence + "\n";
+  std::string alone;
+  for (const IdentifiedCombination& c : d.base) {
+    if (!c.alone) continue;
+    alone += fmt::format("  {:<24} +- {:.4g} {} (k = 2)\n", c.name, expanded(c), c.unit);
+  }
+  text += alone.empty() ? "no parameter is identified by itself\n"
+                        : "identified by themselves:\n" + alone;
   const Observability& o = d.known.observability;
   text += fmt::format(
       "observability of what is identified: O1 {:.4g}  O2 {:.4g}  O3 {:.4g}  O4 "
@@ -70,6 +105,8 @@ Json design_json(const PlanDesign& d) {
   return {{"rank", d.known.rank},
           {"parameters", d.known.singular.size()},
           {"not_identified", missing},
+          {"identified", base_json(d)},
+          {"correlations", correlations_json(d)},
           {"observability", {{"O1", o.O1}, {"O2", o.O2}, {"O3", o.O3}, {"O4", o.O4}, {"O5", o.O5}}},
           {"predicted_sd",
            {{"level", uncertainty_json(d.level)}, {"turned", uncertainty_json(d.turned)}}}};

@@ -23,6 +23,8 @@ void design_options(CLI::App& command, DesignOptions& options);
 /// A plan's rank, null space in words, observability indices and predicted uncertainty.
 struct PlanDesign {
   Identifiability known;
+  std::vector<IdentifiedCombination> base;  // with their uncertainty, without a value
+  std::vector<Correlation> correlated;
   std::vector<std::string> words;
   PoseUncertainty level;   // over the square at phi = 0
   PoseUncertainty turned;  // and at -5, 0, 5 deg

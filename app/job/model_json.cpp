@@ -30,6 +30,7 @@ Json base_json(const StoredModel& model) {
     json.update(parameter_json(p));
     json["change"] = p.change;
     json["identified"] = !p.not_identified;
+    if (p.not_identified) json["value"] = json["change"] = nullptr;  // one of many that fit
     all.push_back(std::move(json));
   }
   return all;

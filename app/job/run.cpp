@@ -79,8 +79,29 @@ Inputs load(store::Connection& connection, const Request& request) {
 
 Pose difference(const Pose& a, const Pose& b) { return Pose::from(pose_difference(a, b)); }
 
-/// Every measured reading the correction can be judged on, with its error before and after.
+/// Targets of the fitted readings, to 1e-6 mm and rad.
+class FittedTargets {
+ public:
+  explicit FittedTargets(const Campaign& campaign) {
+    for (const Reading& r : campaign.readings) {
+      if (r.set == ReadingSet::identify && r.measured) cells_.insert(cell(r.target));
+    }
+  }
+  [[nodiscard]] bool holds(const Pose& target) const { return cells_.contains(cell(target)); }
+
+ private:
+  static std::array<long long, 3> cell(const Pose& p) {
+    constexpr double kSame = 1e-6;
+    return {std::llround(p.x_mm / kSame), std::llround(p.y_mm / kSame),
+            std::llround(p.phi_rad / kSame)};
+  }
+  std::set<std::array<long long, 3>> cells_;
+};
+
+/// Every measured reading the correction can be judged on, with its error before and after. A
+/// validation reading where the correction was fitted is not held out: it counts as in-sample.
 std::vector<store::JobPoint> judge(const Campaign& campaign, const Correction& correction) {
+  const FittedTargets fitted(campaign);
   std::vector<store::JobPoint> points;
   for (const Reading& r : campaign.readings) {
     if (!r.measured) continue;
@@ -90,7 +111,7 @@ std::vector<store::JobPoint> judge(const Campaign& campaign, const Correction& c
                         .where = {.point = "seq " + std::to_string(r.seq)}});
     }
     points.push_back({.seq = r.seq,
-                      .in_sample = r.set == ReadingSet::identify,
+                      .in_sample = r.set == ReadingSet::identify || fitted.holds(r.target),
                       .before = difference(*r.measured, r.target),
                       .after = difference(after.pose, r.target)});
   }
@@ -186,28 +207,30 @@ std::vector<std::string> hull_words(const Campaign& campaign) {
                   outside, all)};
 }
 
-/// A warning where held-out points stand on fitted ones: they judge what was fitted to them.
-std::vector<std::string> overlap_words(const Campaign& campaign) {
-  constexpr double kSame = 1e-6;  // mm, rad
-  std::set<std::array<long long, 3>> fitted;
-  const auto cell = [](const Pose& p) {
-    return std::array{std::llround(p.x_mm / kSame), std::llround(p.y_mm / kSame),
-                      std::llround(p.phi_rad / kSame)};
-  };
-  for (const Reading& r : campaign.readings) {
-    if (r.set == ReadingSet::identify && r.measured) fitted.insert(cell(r.target));
-  }
+/// Where validation points stand on fitted ones, and where nothing is held out.
+std::vector<std::string> held_out_words(const Campaign& campaign) {
+  const FittedTargets fitted(campaign);
   int overlap = 0, all = 0;
   for (const Reading& r : campaign.readings) {
     if (r.set != ReadingSet::validate || !r.measured) continue;
     ++all;
-    overlap += fitted.contains(cell(r.target)) ? 1 : 0;
+    overlap += fitted.holds(r.target) ? 1 : 0;
   }
-  if (overlap == 0) return {};
-  return {
-      fmt::format("warning: {} of {} held-out points stand where the correction was fitted: their "
-                  "figures say less than those of points it never saw",
-                  overlap, all)};
+  std::vector<std::string> words;
+  if (overlap > 0) {
+    words.push_back(fmt::format(
+        "warning: {} of {} validation points stand where the correction was fitted: they are not "
+        "held out, and count as in-sample",
+        overlap, all));
+  }
+  if (overlap == all) {
+    words.push_back(
+        "nothing of these readings is held out: in-sample figures do not say how good the "
+        "correction "
+        "is elsewhere; "
+        "`trammel assess --job` cross-validates over spatial blocks");
+  }
+  return words;
 }
 
 store::NewJob begun(const Inputs& in) {
@@ -231,7 +254,7 @@ store::NewJob computed(const Inputs& in) {
   job.statistics = statistics(job.points);
   const Json gains = improvements(job.points);
   for (const auto& more : {improvement_words(gains), hull_words(in.loaded.campaign),
-                           overlap_words(in.loaded.campaign)}) {
+                           held_out_words(in.loaded.campaign)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
   const Json stored_result = {{"correction", correction_json(result.correction)},

@@ -60,7 +60,7 @@ std::vector<Candidate> candidates(const std::vector<std::string>& effects) {
                                 {"rbf smooth", "rbf", {{"smooth", true}}},
                                 {"gp", "gp", {}}};
   if (!effects.empty()) all.push_back({"geometry + effects", "geometry", {{"effects", effects}}});
-  all.push_back({"hybrid", "hybrid", {{"effects", effects}}});
+  all.push_back({"hybrid", "hybrid", {{"effects", effects}, {"map", "always"}}});
   for (Candidate& c : all) {
     if (c.parameters.is_null()) c.parameters = Json::object();
   }
@@ -200,21 +200,15 @@ void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign&
   const double mean_mm = summarise(trials[picked].position_mm).mean;
   out.details["picked"] = trials[picked].candidate.name;
   out.details["floor_mean_mm"] = floor_mm;
-  for (const Trial& t : trials) {
-    if (!t.failed.empty()) {
-      out.words.push_back(fmt::format("{:<20} could not run: {}", t.candidate.name, t.failed));
-      continue;
-    }
-    const Summary s = summarise(t.position_mm);
-    std::string text =
-        fmt::format("{:<20} held-out mean {:.4f}  p95 {:.4f}  max {:.4f}  U {:.4f} mm{}",
-                    t.candidate.name, s.mean, s.p95, s.max, coordinate_U_mm(t.position_mm),
-                    &t == &trials[picked] ? "  <- picked" : "");
-    for (const auto& [name, share] : dependences(t, rows)) {
-      text += fmt::format("; {:.0f} % of the rest goes with {}", 100 * share, name);
-    }
-    out.words.push_back(text);
+  const auto left = dependences(trials[picked], rows);
+  std::string depends;
+  for (const auto& [name, share] : left) {
+    depends += fmt::format("{}{} ({:.0f} %)", depends.empty() ? "" : ", ", name, 100 * share);
   }
+  out.words.push_back(fmt::format(
+      "picked {}: held-out mean {:.4f} mm over {} readings; what it leaves goes with {}",
+      trials[picked].candidate.name, mean_mm, rows.size(),
+      depends.empty() ? "nothing that the readings record" : depends));
   out.words.push_back(
       "rule: the least held-out mean, or the simplest (topmost) method whose 95 % "
       "interval of the paired difference to it holds zero");
@@ -257,7 +251,7 @@ StageResult run_contest(const Campaign& campaign, const Json& parameters) {
 
 Stage contest_stage() {
   return {.name = "contest",
-          .algorithm_version = 3,
+          .algorithm_version = 4,
           .what = "all methods on one baseline with the same folds; picks one by a stated rule",
           .complete = complete_contest,
           .run = run_contest};

@@ -1,12 +1,10 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "app/job/identification.hpp"
 #include "app/job/stages.hpp"
 #include "core/calibrate/lsq.hpp"
 #include "core/measure/noise.hpp"
-#include "core/units.hpp"
 
 namespace trammel::job {
 
@@ -48,10 +46,6 @@ LsqResult identify(const Mechanism& mechanism, const std::vector<Reading>& rows,
       result.parameters[k].value += more;
       largest = std::max(largest, std::abs(more) / result.parameters[k].parameter.tolerance);
     }
-    for (std::size_t k = 0; k < std::min(result.combinations.size(), next.combinations.size());
-         ++k) {
-      result.combinations[k].value += next.combinations[k].value;
-    }
     result.geometry = next.geometry;
     result.weighted_rss = next.weighted_rss;
     result.sigma_ratio = next.sigma_ratio;
@@ -67,30 +61,6 @@ LsqOptions options_of(const Json& p) {
           .drop_below = p["drop_below"].get<double>()};
 }
 
-const char* unit(bool is_angle) { return is_angle ? "deg" : "mm"; }
-double shown(bool is_angle, double value) { return is_angle ? deg_from_rad(value) : value; }
-
-/// A number stands only beside a parameter that is identified.
-Json parameter_json(const LsqParameter& p) {
-  const bool angle = p.parameter.is_angle;
-  Json json = {{"name", p.parameter.name}, {"unit", unit(angle)}, {"identified", p.identified}};
-  if (p.identified) {
-    json["change"] = shown(angle, p.value);
-    json["standard_uncertainty"] = shown(angle, p.standard_uncertainty);
-  } else {
-    json["why"] = p.dropped ? "dropped as small by repeated identification"
-                            : "not identifiable by itself from these readings";
-  }
-  return json;
-}
-
-Json combination_json(const IdentifiedCombination& c) {
-  return {{"name", c.name},
-          {"unit", unit(c.is_angle)},
-          {"value", shown(c.is_angle, c.value)},
-          {"standard_uncertainty", shown(c.is_angle, c.standard_uncertainty)}};
-}
-
 Json rounds_json(const std::vector<LsqRound>& rounds) {
   Json json = Json::array();
   for (const LsqRound& r : rounds) {
@@ -102,46 +72,46 @@ Json rounds_json(const std::vector<LsqRound>& rounds) {
   return json;
 }
 
-Json details_of(const LsqResult& result, const NoiseLevel& noise) {
-  const Identifiability& known = result.identifiability;
-  const Observability& o = known.observability;
-  Json details = {
-      {"equations", result.n_equations},
-      {"columns", known.singular.size()},
-      {"rank", known.rank},
-      {"rank_machine", known.rank_machine},
-      {"rank_solved", result.rank},
-      {"weighted_rss", result.weighted_rss},
-      {"sigma_ratio", result.sigma_ratio},
-      {"noise", noise.words},
-      {"observability", {{"O1", o.O1}, {"O2", o.O2}, {"O3", o.O3}, {"O4", o.O4}, {"O5", o.O5}}}};
-  for (const LsqParameter& p : result.parameters) {
-    details["parameters"].push_back(parameter_json(p));
+/// Parameters that repeated identification dropped are not identified, whatever the readings tell.
+void mark_dropped(const LsqResult& result, Json& details) {
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
+    if (!result.parameters[k].dropped) continue;
+    Json& p = details["parameters"][k];
+    p = {{"name", p["name"]},
+         {"unit", p["unit"]},
+         {"identified", false},
+         {"why", "dropped as small by repeated identification"}};
   }
-  details["combinations"] = Json::array();
-  for (const IdentifiedCombination& c : result.combinations) {
-    details["combinations"].push_back(combination_json(c));
-  }
-  details["rounds"] = rounds_json(result.rounds);
-  return details;
 }
 
 StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   const NoiseLevel noise = noise_level(campaign);
   const LsqResult result = identify(campaign.mechanism, identify_rows(campaign), noise.sigma,
                                     options_of(parameters), parameters["steps"].get<int>());
-  StageResult out{.correction = GeometryCorrection{result.geometry},
-                  .details = details_of(result, noise),
-                  .words = result.words};
-  for (const IdentifiedCombination& c : result.combinations) {
-    out.words.push_back(
-        fmt::format("{} = {:.4f} +- {:.4f} {} (k = 2)", c.name, shown(c.is_angle, c.value),
-                    2 * shown(c.is_angle, c.standard_uncertainty), unit(c.is_angle)));
+  std::vector<ScaledParameter> names;
+  Eigen::VectorXd values(static_cast<Eigen::Index>(result.parameters.size()));
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
+    names.push_back(result.parameters[k].parameter);
+    values[static_cast<Eigen::Index>(k)] = result.parameters[k].value;
   }
-  out.words.push_back(fmt::format(
-      "residuals are {:.2f} times the noise: {}", result.sigma_ratio,
-      result.sigma_ratio < 1.2 ? "constant parameters explain these readings"
-                               : "something is there that constant parameters cannot explain"));
+  const auto is_geometry = [](const LsqParameter& p) { return p.epoch == 1; };
+  const Identification found{
+      .known = result.identifiability,
+      .parameters = names,
+      .values = values,
+      .covariance = result.covariance,
+      .n_geometry = static_cast<std::size_t>(std::ranges::count_if(result.parameters, is_geometry)),
+      .goodness = goodness(result.weighted_rss, result.n_equations - result.rank,
+                           noise.degrees_of_freedom)};
+  StageResult out{.correction = GeometryCorrection{result.geometry},
+                  .details = identification_json(found),
+                  .words = identification_words(found)};
+  out.details["equations"] = result.n_equations;
+  out.details["rank_solved"] = result.rank;
+  out.details["weighted_rss"] = result.weighted_rss;
+  out.details["noise"] = noise.words;
+  out.details["rounds"] = rounds_json(result.rounds);
+  mark_dropped(result, out.details);
   return out;
 }
 
@@ -149,7 +119,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
 
 Stage lsq_stage() {
   return {.name = "lsq",
-          .algorithm_version = 2,
+          .algorithm_version = 3,
           .what = "the paper's linear least squares on all readings, with its rank",
           .complete = complete_lsq,
           .run = run_lsq};

@@ -57,8 +57,16 @@ Json training_scores(const JointMap& map, const std::vector<JointSample>& sample
           {"r2", optional_json(all.r2)}, {"joints", joints}};
 }
 
+constexpr std::size_t kMostIdwSamples = 20000;  // every query looks at every sample
+
 StageResult run_idw(const Campaign& campaign, const Json& p) {
   const auto samples = joint_samples(campaign.mechanism, identify_rows(campaign));
+  if (samples.size() > kMostIdwSamples) {
+    throw InputError({.what = "there are too many readings for inverse distance weighting",
+                      .got = std::to_string(samples.size()),
+                      .expected = "at most " + std::to_string(kMostIdwSamples),
+                      .hint = "rbf and geometry take any number; or name fewer sessions"});
+  }
   IdwOptions options{.power = p["power"].get<double>(), .neighbours = p["neighbours"].get<int>()};
   if (p["tune"].get<bool>()) options = tune_idw(samples);
   const IdwMap map = fit_idw(samples, options);

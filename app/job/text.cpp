@@ -4,6 +4,8 @@
 
 #include <optional>
 
+#include "app/job/contest_text.hpp"
+#include "app/job/identification.hpp"
 #include "core/assess/summary.hpp"
 
 namespace trammel::job {
@@ -94,10 +96,12 @@ std::string job_text(const store::Job& job, const store::CampaignRow& campaign) 
       "{}: {} {} of {} readings of {}{}, key {}\n", name, job.data.stage, job.data.parameters_json,
       job.data.n_readings, campaign_title(campaign.name, campaign.simulated),
       job.run > 1 ? fmt::format(", run {}", job.run) : "", job.data.key.key.substr(0, 12));
+  const Json details = result.value("details", Json::object());
+  text += contest_table(details, result.value("timing", Json::object()));
   for (const Json& sentence : result.value("words", Json::array())) {
     text += "  " + sentence.get<std::string>() + "\n";
   }
-  return text + statistics_text(job.data.statistics);
+  return text + identified_table(details) + statistics_text(job.data.statistics);
 }
 
 }  // namespace trammel::job

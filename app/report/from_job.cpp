@@ -33,8 +33,8 @@ Identification identification_of(const store::Job& lsq) {
   for (const Json& p : details.at("parameters")) {
     found.parameters.push_back(parameter_row(p, "change"));
   }
-  for (const Json& p : details.at("combinations")) {
-    found.combinations.push_back(parameter_row(p, "value"));
+  for (const Json& p : details.at("identified")) {
+    if (!p.at("alone").get<bool>()) found.combinations.push_back(parameter_row(p, "change"));
   }
   found.words = result.at("words");
   return found;

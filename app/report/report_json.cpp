@@ -75,12 +75,13 @@ Json circles_json(const CircleTable& circles) {
 Json parameters_json(const std::vector<ParameterRow>& rows) {
   Json json = Json::array();
   for (const ParameterRow& row : rows) {
-    json.push_back({{"name", row.name},
-                    {"unit", row.unit},
-                    {"epoch", row.epoch},
-                    {"value", row.value},
-                    {"standard_uncertainty", row.standard_uncertainty},
-                    {"identified", row.identified}});
+    json.push_back(
+        {{"name", row.name},
+         {"unit", row.unit},
+         {"epoch", row.epoch},
+         {"value", row.identified ? Json(row.value) : Json()},
+         {"standard_uncertainty", row.identified ? Json(row.standard_uncertainty) : Json()},
+         {"identified", row.identified}});
   }
   return json;
 }

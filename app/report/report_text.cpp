@@ -162,7 +162,8 @@ std::string parameter_lines(const std::vector<ParameterRow>& rows) {
 
 std::string identification_text(const Identification& found) {
   std::string text = heading("Identified error sources (the paper's Table III)");
-  text += fmt::format("rank {} of {} columns\n", found.rank, found.columns);
+  text += fmt::format("rank {} of {} columns; +- is one standard uncertainty\n", found.rank,
+                      found.columns);
   text += parameter_lines(found.parameters) + parameter_lines(found.combinations);
   std::string others;
   for (const ParameterRow& p : found.parameters) {

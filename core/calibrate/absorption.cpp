@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/limits.hpp"
 
 namespace trammel {
 
@@ -18,23 +19,6 @@ constexpr double kNamed = 0.3;  // of a combination's largest share: named
 constexpr std::size_t kMostNamed = 4;
 constexpr int kLeastDegrees = 20;  // of freedom within the halves: fewer give no noise to judge by
 constexpr double kCommon = 1 - 1e-9;
-
-/// z with P(|N(0, 1)| > z) = p, by bisection.
-double normal_limit(double p) {
-  double low = 0, high = 40;
-  for (int k = 0; k < 200; ++k) {
-    const double middle = (low + high) / 2;
-    (std::erfc(middle / std::sqrt(2.0)) > p ? low : high) = middle;
-  }
-  return high;
-}
-
-/// The same for Student's t, by the first two terms in 1 / degrees (to 1 % from 20 on).
-double student_limit(double p, double degrees) {
-  const double z = normal_limit(p);
-  return z + (z * z * z + z) / (4 * degrees) +
-         (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * degrees * degrees);
-}
 
 /// The rows of one half, whitened and weighted, on the fit's identified directions.
 struct Half {

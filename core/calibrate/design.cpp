@@ -91,17 +91,8 @@ Eigen::MatrixXd design_jacobian(const DesignModel& design, std::span<const Condi
   return J;
 }
 
-std::vector<ScaledParameter> scaled_parameters(const DesignModel& design) {
-  std::vector<ScaledParameter> scaled;
-  for (const FreeParameter& p : design.parameters) {
-    const bool effect = p.kind == FreeParameter::Kind::effect;
-    scaled.push_back({p.name, !effect && p.unit == "deg", p.scale, effect ? p.unit : ""});
-  }
-  return scaled;
-}
-
 Identifiability identifiability(const DesignModel& design, const Eigen::MatrixXd& jacobian) {
-  return identifiability(jacobian, scaled_parameters(design));
+  return identifiability(jacobian, scaled_parameters(design.parameters));
 }
 
 PoseUncertainty predicted_uncertainty(const DesignModel& design, const Eigen::MatrixXd& jacobian,

@@ -36,8 +36,6 @@ Conditions conditions_at(const Mechanism& mechanism, const Pose& pose, const App
 /// effect that needs a temperature or a time says nothing here: plans do not set them.
 Eigen::MatrixXd design_jacobian(const DesignModel& design, std::span<const Conditions> readings);
 
-/// The parameters as identifiability() and in_words() take them.
-std::vector<ScaledParameter> scaled_parameters(const DesignModel& design);
 Identifiability identifiability(const DesignModel& design, const Eigen::MatrixXd& jacobian);
 
 /// Standard deviation of the predicted pose over a set of places, after the fit.

@@ -1,18 +1,24 @@
 #include "core/calibrate/geometry_fit.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/limits.hpp"
 
 namespace trammel {
 
 namespace {
 
-constexpr double kStop = 1e-7;  // sigmas that the readings still move
-constexpr int kMaxHalvings = 12;
+constexpr double kJudged = 1e-6;  // of a reading's own three directions: less is fitted exactly
+constexpr double kStop = 1e-7;    // sigmas that the readings still move
+constexpr double kFirstDamping = 1e-8;      // of the largest s^2
+constexpr double kLastDamping = 1e4;        // beyond it a step moves nothing
+constexpr double kMedianOfChi3 = 1.538172;  // sqrt of the median of chi^2(3)
 
 Eigen::Vector3d sigmas(const TrackerSigma& sigma) {
   return {sigma.xy_mm, sigma.xy_mm, sigma.phi_rad};
@@ -39,24 +45,35 @@ void require_usable(std::span<const Reading> readings, const TrackerSigma& sigma
                     .hint = "check the mechanism's parameters, or exclude the reading"});
 }
 
-Eigen::VectorXd huber_weights(const Eigen::VectorXd& residual) {
+/// Spread of the readings' residuals in sigmas, from the median, at least 1.
+double spread(const Eigen::VectorXd& residual) {
+  std::vector<double> sizes;
+  for (Eigen::Index i = 0; i < residual.size(); i += 3) {
+    sizes.push_back(residual.segment<3>(i).norm());
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return std::max(1.0, *middle / kMedianOfChi3);
+}
+
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& residual, double scale) {
   Eigen::VectorXd w(residual.size() / 3);
   for (Eigen::Index i = 0; i < w.size(); ++i) {
-    const double size = residual.segment<3>(3 * i).norm();
+    const double size = residual.segment<3>(3 * i).norm() / scale;
     w[i] = size <= kHuber ? 1.0 : kHuber / size;
   }
   return w;
 }
 
 /// Sum that a step must lower: Huber's with `huber`, else the plain sum of squares.
-double objective(const Eigen::VectorXd& residual, bool huber) {
+double objective(const Eigen::VectorXd& residual, bool huber, double scale) {
   if (!huber) return residual.squaredNorm();
   double sum = 0;
   for (Eigen::Index i = 0; i < residual.size(); i += 3) {
-    const double size = residual.segment<3>(i).norm();
+    const double size = residual.segment<3>(i).norm() / scale;
     sum += size <= kHuber ? size * size : kHuber * (2 * size - kHuber);
   }
-  return sum;
+  return scale * scale * sum;
 }
 
 WhitenedSystem weighted(WhitenedSystem system, const Eigen::VectorXd& weights) {
@@ -103,6 +120,35 @@ Eigen::JacobiSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& jacobian) {
   const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
   return Eigen::JacobiSVD<Eigen::MatrixXd>(R, Eigen::ComputeThinU | Eigen::ComputeThinV);
 }
+
+/// Steps from one linearisation: Gauss-Newton's on the truncated decomposition, and shorter ones.
+class Steps {
+ public:
+  Steps(const WhitenedSystem& system, const Eigen::VectorXd& z) {
+    const auto svd = decompose(system.jacobian);
+    const Eigen::Index rank = (svd.singularValues().array() > kLeastSignal).count();
+    V_ = svd.matrixV().leftCols(rank);
+    s_ = svd.singularValues().head(rank);
+    along_ = V_.transpose() * (system.jacobian.transpose() * system.residual);
+    back_ = V_ * (V_.transpose() * z) - z;  // minimum change from the start: of z, not of the step
+  }
+
+  /// `lambda` in units of the largest s^2.
+  [[nodiscard]] Eigen::VectorXd with(double lambda) const {
+    const double damping = s_.size() > 0 ? lambda * s_[0] * s_[0] : 0;
+    return V_ * along_.cwiseQuotient((s_.array().square() + damping).matrix()) +
+           back_ / (1 + lambda);
+  }
+
+  /// The most that the undamped step moves the readings along one direction, sigmas.
+  [[nodiscard]] double undamped_moves() const {
+    return s_.size() > 0 ? along_.cwiseQuotient(s_).cwiseAbs().maxCoeff() : 0;
+  }
+
+ private:
+  Eigen::MatrixXd V_;
+  Eigen::VectorXd s_, along_, back_;
+};
 
 }  // namespace
 
@@ -151,43 +197,43 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   };
   fit.system = settled(whitened_system(fit.model, readings, sigma, fit.parameters));
 
+  const auto total = [&](const Eigen::VectorXd& residual, const Eigen::VectorXd& z) {
+    return objective(residual, options.huber, fit.scale) +
+           (options.tolerance_prior ? z.squaredNorm() : 0.0);
+  };
+  double lambda = 0;  // of the largest s^2
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
-    if (options.huber) fit.weights = huber_weights(fit.system.residual);
+    if (options.huber) {
+      fit.scale = spread(fit.system.residual);
+      fit.weights = huber_weights(fit.system.residual, fit.scale);
+    }
     WhitenedSystem system = weighted(fit.system, fit.weights);
     if (options.tolerance_prior) add_prior(system, fit.z);
-    const auto svd = decompose(system.jacobian);
-    const Eigen::Index rank = (svd.singularValues().array() > kLeastSignal).count();
-    const auto V = svd.matrixV().leftCols(rank);
-    const Eigen::VectorXd s2 = svd.singularValues().head(rank).cwiseAbs2();
-    // minimum change from the start: the whole z is solved for, not only the step
-    const Eigen::VectorXd target =
-        V * (V.transpose() * (system.jacobian.transpose() * system.residual)).cwiseQuotient(s2) +
-        V * (V.transpose() * fit.z);
-    Eigen::VectorXd step = target - fit.z;
-    const double moves = (svd.singularValues().head(rank).asDiagonal() * (V.transpose() * step))
-                             .cwiseAbs()
-                             .maxCoeff();
-    const double before = objective(fit.system.residual, options.huber) +
-                          (options.tolerance_prior ? fit.z.squaredNorm() : 0.0);
+    const Steps steps(system, fit.z);
+    const double before = total(fit.system.residual, fit.z);
     bool better = false;
-    for (int halving = 0; halving < kMaxHalvings && !better; ++halving, step *= 0.5) {
+    for (; !better && lambda <= kLastDamping; lambda = std::max(kFirstDamping, 10 * lambda)) {
+      const Eigen::VectorXd step = steps.with(lambda);
       const RobotModel model = moved(fit.model, fit.parameters, step);
       auto next = system_within_reach(model, readings, sigma, fit.parameters);
       if (!next) continue;  // a step along what readings hardly know can leave reach
       *next = settled(std::move(*next));
-      const double after = objective(next->residual, options.huber) +
-                           (options.tolerance_prior ? (fit.z + step).squaredNorm() : 0.0);
-      if (after > before * (1 + 1e-12) + kStop) continue;
+      if (total(next->residual, fit.z + step) > before * (1 + 1e-12) + kStop) continue;
       better = true;
+      fit.damped += lambda > 0 ? 1 : 0;
       fit.z += step;
       fit.model = model;
       fit.system = *std::move(next);
     }
-    if (moves < kStop) {
+    if (steps.undamped_moves() < kStop) {
       fit.status = GeometryFit::Status::converged;
       break;
     }
-    if (!better) break;
+    if (!better) {
+      fit.status = GeometryFit::Status::stalled;
+      break;
+    }
+    lambda = lambda <= 100 * kFirstDamping ? 0 : lambda / 100;  // the loop left it ten times up
   }
   WhitenedSystem system = weighted(fit.system, fit.weights);
   if (options.tolerance_prior) add_prior(system, fit.z);
@@ -199,6 +245,32 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   fit.chi2 = fit.system.residual.squaredNorm();
   fit.dof = static_cast<int>(fit.system.residual.size() - fit.identified.rank);
   return fit;
+}
+
+std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
+                                               std::span<const Reading> readings,
+                                               double false_alarm) {
+  TRAMMEL_ASSERT(fit.weights.size() == static_cast<Eigen::Index>(readings.size()));
+  const double scale = spread(fit.system.residual);
+  const double limit = chi2_of_three_limit(false_alarm / static_cast<double>(readings.size()));
+  std::vector<OutlyingReading> found;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const auto J = fit.system.jacobian.middleRows<3>(3 * i);
+    const Eigen::Vector3d r = fit.system.residual.segment<3>(3 * i);
+    const Eigen::Matrix3d kept =
+        Eigen::Matrix3d::Identity() - fit.weights[i] * (J * fit.covariance * J.transpose());
+    // a reading that alone determines something is fitted whatever it says: nothing judges it
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(kept);
+    if (eigen.eigenvalues()[0] < kJudged) continue;
+    const double d2 = (eigen.eigenvectors().transpose() * r)
+                          .cwiseAbs2()
+                          .cwiseQuotient(eigen.eigenvalues())
+                          .sum() /
+                      (scale * scale);
+    if (d2 > limit) found.push_back({readings[k].seq, std::sqrt(d2), fit.weights[i]});
+  }
+  return found;
 }
 
 PredictedPose predict_with_covariance(const GeometryFit& fit, const Conditions& conditions) {

@@ -65,7 +65,7 @@ GpMap fit_gp(std::span<const JointSample> samples) {
     throw InputError({.what = "there are too many readings for a Gaussian process",
                       .got = std::to_string(samples.size()),
                       .expected = "at most " + std::to_string(kMostGpSamples),
-                      .hint = "idw and rbf take any number; or name fewer sessions"});
+                      .hint = "rbf and geometry take any number; or name fewer sessions"});
   }
   GpMap map;
   const auto n = static_cast<Eigen::Index>(samples.size());

@@ -40,22 +40,33 @@ Observability observability_of(const Eigen::VectorXd& s, int rank, int n_poses) 
           .O5 = 1 / kept.inverse().sum()};
 }
 
-/// Reduced echelon form of the rows: each pivot column keeps one entry. Columns that parameters
-/// named "R" and "S" own are taken first, so that the known ties (l with R) come out as pairs.
-void reduce(Eigen::MatrixXd& rows, const std::vector<int>& preference) {
-  Eigen::Index row = 0;
-  for (const int column : preference) {
+/// Reduced echelon form of the rows: each pivot column keeps one entry; returns the pivots. Columns
+/// that parameters named "R" and "S" own are taken first, so that the known ties (l with R) come
+/// out as pairs.
+std::vector<int> reduce(Eigen::MatrixXd& rows, const std::vector<int>& preference) {
+  std::vector<int> pivots;
+  const auto take = [&](int column, double least) {
+    const auto row = static_cast<Eigen::Index>(pivots.size());
     if (row == rows.rows()) return;
     Eigen::Index at = 0;
     const double largest = rows.col(column).tail(rows.rows() - row).cwiseAbs().maxCoeff(&at);
-    if (largest < 0.05) continue;  // of a unit vector: too weak to divide by
+    if (largest < least) return;
     rows.row(row).swap(rows.row(row + at));
     rows.row(row) /= rows(row, column);
     for (Eigen::Index other = 0; other < rows.rows(); ++other) {
       if (other != row) rows.row(other) -= rows(other, column) * rows.row(row);
     }
-    ++row;
+    pivots.push_back(column);
+  };
+  for (const int column : preference) take(column, 0.05);  // of a unit vector: weaker divides badly
+  while (static_cast<Eigen::Index>(pivots.size()) < rows.rows()) {  // what is left, at its largest
+    Eigen::Index row = 0, column = 0;
+    rows.bottomRows(rows.rows() - static_cast<Eigen::Index>(pivots.size()))
+        .cwiseAbs()
+        .maxCoeff(&row, &column);
+    take(static_cast<int>(column), 0);
   }
+  return pivots;
 }
 
 std::vector<int> preference(const std::vector<ScaledParameter>& parameters) {
@@ -72,28 +83,55 @@ std::vector<int> preference(const std::vector<ScaledParameter>& parameters) {
   return order;
 }
 
+std::string unit_of(const ScaledParameter& p) {
+  return !p.unit.empty() ? p.unit : p.is_angle ? "deg" : "mm";
+}
+double shown(const ScaledParameter& p, double value) {
+  return p.is_angle ? deg_from_rad(value) : value;
+}
+
+/// " mm"; nothing for what has no unit.
+std::string after_number(const std::string& unit) { return unit == "1" ? "" : " " + unit; }
+
 std::string amount(const ScaledParameter& parameter, double value) {
-  char text[120];
-  if (!parameter.unit.empty()) {
-    std::snprintf(text, sizeof text, "%s by %+.3g %s", parameter.name.c_str(), value,
-                  parameter.unit.c_str());
-    return text;
+  char text[160];
+  std::snprintf(text, sizeof text, parameter.unit.empty() ? "%s by %+.4f%s" : "%s by %+.3g%s",
+                parameter.name.c_str(), shown(parameter, value),
+                after_number(unit_of(parameter)).c_str());
+  return text;
+}
+
+/// " - R_1", " + 1.15 deg/mm r_1": a coefficient of the leading parameter's unit over the other's.
+std::string term(const ScaledParameter& leader, const ScaledParameter& other, double coefficient) {
+  const double c = shown(leader, coefficient) / shown(other, 1);
+  const std::string sign = c < 0 ? " - " : " + ";
+  if (unit_of(leader) == unit_of(other) && std::abs(std::abs(c) - 1) < 0.01) {
+    return sign + other.name;
   }
-  std::snprintf(text, sizeof text, "%s by %+.4f %s", parameter.name.c_str(),
-                parameter.is_angle ? deg_from_rad(value) : value,
-                parameter.is_angle ? "deg" : "mm");
+  char text[160];
+  if (unit_of(leader) == unit_of(other)) {
+    std::snprintf(text, sizeof text, "%.3g %s", std::abs(c), other.name.c_str());
+  } else {
+    std::snprintf(text, sizeof text, "%.3g %s/%s %s", std::abs(c), unit_of(leader).c_str(),
+                  unit_of(other).c_str(), other.name.c_str());
+  }
+  return sign + text;
+}
+
+/// "0.4494 +- 0.1835 mm (k = 2)", or without a value "+- 0.1835 mm (k = 2)".
+std::string amount(const IdentifiedCombination& c) {
+  const double unit = c.is_angle ? deg_from_rad(1) : 1;
+  const bool plain = c.unit == "deg" || c.unit == "mm";
+  char text[120], value[40] = "";
+  if (c.value) std::snprintf(value, sizeof value, plain ? "%.4f " : "%.4g ", unit * *c.value);
+  std::snprintf(text, sizeof text, plain ? "%s+- %.4f%s (k = 2)" : "%s+- %.2g%s (k = 2)", value,
+                2 * unit * c.standard_uncertainty, after_number(c.unit).c_str());
   return text;
 }
 
 std::string pair_sentence(const ScaledParameter& a, const ScaledParameter& b, double ratio) {
-  const std::string sign = ratio > 0 ? " - " : " + ";
-  if (std::abs(std::abs(ratio) - 1) < 0.01 && a.is_angle == b.is_angle) {
-    return a.name + " and " + b.name + " act as one: readings know only " + a.name + sign + b.name;
-  }
-  char factor[60];
-  std::snprintf(factor, sizeof factor, "%.4g", std::abs(ratio));
-  return a.name + " and " + b.name + " act as one: readings know only " + a.name + sign + factor +
-         " " + b.name + (a.is_angle == b.is_angle ? "" : " (mm and rad)");
+  return a.name + " and " + b.name + " act as one: readings know only " + a.name +
+         term(a, b, -ratio);
 }
 
 NullDirection describe(const Eigen::VectorXd& in_tolerances,
@@ -149,9 +187,10 @@ Identifiability identifiability(const Eigen::MatrixXd& A,
     result.identified.push_back(null.row(k).norm() < kByItself);
   }
   Eigen::MatrixXd rows = null.transpose();
-  reduce(rows, preference(parameters));
+  const std::vector<int> pivots = reduce(rows, preference(parameters));
   for (Eigen::Index r = 0; r < rows.rows(); ++r) {
     result.null_space.push_back(describe(rows.row(r).transpose(), parameters));
+    result.null_space.back().pivot = pivots[static_cast<std::size_t>(r)];
   }
   return result;
 }
@@ -166,8 +205,82 @@ Eigen::MatrixXd covariance(const Identifiability& of,
   return half * half.transpose();
 }
 
+std::vector<IdentifiedCombination> identified_combinations(
+    const Identifiability& of, const std::vector<ScaledParameter>& parameters,
+    const Eigen::MatrixXd& covariance, const Eigen::VectorXd& values) {
+  const auto n = static_cast<Eigen::Index>(parameters.size());
+  std::vector<bool> given_up(parameters.size(), false);
+  for (const NullDirection& d : of.null_space) given_up[static_cast<std::size_t>(d.pivot)] = true;
+  std::vector<IdentifiedCombination> all;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const ScaledParameter& leader = parameters[static_cast<std::size_t>(j)];
+    if (given_up[static_cast<std::size_t>(j)]) continue;
+    IdentifiedCombination c{.name = leader.name,
+                            .unit = unit_of(leader),
+                            .is_angle = leader.is_angle,
+                            .alone = of.identified[static_cast<std::size_t>(j)],
+                            .members = {static_cast<int>(j)},
+                            .of = Eigen::VectorXd::Unit(n, j),
+                            .value = {}};
+    for (const NullDirection& d : of.null_space) {
+      const double coefficient = -d.change[j] / d.change[d.pivot];
+      c.of[d.pivot] = coefficient;
+      const ScaledParameter& other = parameters[static_cast<std::size_t>(d.pivot)];
+      if (c.alone || std::abs(coefficient) * other.tolerance < kMember * leader.tolerance) continue;
+      c.name += term(leader, other, coefficient);
+      c.members.push_back(d.pivot);
+    }
+    if (values.size() == n) c.value = c.of.dot(values);
+    c.standard_uncertainty = std::sqrt(std::max(0.0, c.of.dot(covariance * c.of)));
+    all.push_back(std::move(c));
+  }
+  return all;
+}
+
+std::vector<Correlation> strong_correlations(const std::vector<IdentifiedCombination>& of,
+                                             const Eigen::MatrixXd& covariance) {
+  std::vector<Correlation> strong;
+  for (std::size_t a = 0; a < of.size(); ++a) {
+    const Eigen::VectorXd with = covariance * of[a].of;
+    for (std::size_t b = a + 1; b < of.size(); ++b) {
+      const double size = of[a].standard_uncertainty * of[b].standard_uncertainty;
+      const double r = size > 0 ? with.dot(of[b].of) / size : 0;
+      if (std::abs(r) < kStrongCorrelation) continue;
+      strong.push_back({static_cast<int>(a), static_cast<int>(b), std::clamp(r, -1.0, 1.0)});
+    }
+  }
+  std::stable_sort(strong.begin(), strong.end(), [](const Correlation& x, const Correlation& y) {
+    return std::abs(x.r) > std::abs(y.r);
+  });
+  return strong;
+}
+
+namespace {
+
+/// "strongly correlated: S_1 with S_2 (-0.98), … and 3 more pairs"; empty when nothing is.
+std::string correlation_words(const std::vector<IdentifiedCombination>& known,
+                              const std::vector<Correlation>& correlated) {
+  constexpr std::size_t kTold = 3;
+  std::string sentence;
+  for (std::size_t k = 0; k < std::min(kTold, correlated.size()); ++k) {
+    char r[20];
+    std::snprintf(r, sizeof r, " (%+.3f)", correlated[k].r);
+    sentence += (k == 0 ? "strongly correlated, so known together better than one by one: " : ", ");
+    sentence += known[static_cast<std::size_t>(correlated[k].a)].name + " with " +
+                known[static_cast<std::size_t>(correlated[k].b)].name + r;
+  }
+  if (correlated.size() > kTold) {
+    sentence += " and " + std::to_string(correlated.size() - kTold) + " more pairs";
+  }
+  return sentence;
+}
+
+}  // namespace
+
 std::vector<std::string> in_words(const Identifiability& of,
-                                  const std::vector<ScaledParameter>& parameters) {
+                                  const std::vector<ScaledParameter>& parameters,
+                                  const std::vector<IdentifiedCombination>& known,
+                                  const std::vector<Correlation>& correlated) {
   const auto n = static_cast<int>(parameters.size());
   std::vector<std::string> words;
   char text[400];
@@ -183,7 +296,23 @@ std::vector<std::string> in_words(const Identifiability& of,
         of.rank_machine - of.rank, 1 / kLeastSignal);
     words.emplace_back(text);
   }
-  for (const NullDirection& direction : of.null_space) words.push_back(direction.sentence);
+  std::vector<bool> told(known.size(), false);
+  for (const NullDirection& direction : of.null_space) {
+    words.push_back(direction.sentence);
+    for (std::size_t k = 0; k < known.size(); ++k) {  // of a pair that nothing else touches
+      std::vector<int> members = known[k].members;
+      std::sort(members.begin(), members.end());
+      if (direction.members.size() != 2 || members != direction.members) continue;
+      words.back() += (known[k].value ? " = " : ", ") + amount(known[k]);
+      told[k] = true;
+    }
+  }
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    if (known[k].alone || told[k]) continue;
+    words.push_back("identified of these: " + known[k].name + (known[k].value ? " = " : ", ") +
+                    amount(known[k]));
+  }
+  if (!correlated.empty()) words.push_back(correlation_words(known, correlated));
   return words;
 }
 

@@ -2,6 +2,7 @@
 // What a set of readings can tell about parameters, and what it cannot, in numbers and in words.
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct Observability {
 /// A combination of parameters that no reading feels.
 struct NullDirection {
   Eigen::VectorXd change;    // mm, rad; the largest is one tolerance
+  int pivot = 0;             // changes in this direction alone: the parameter that it gives up
   std::vector<int> members;  // whose change is more than 1 % of a tolerance
   std::string sentence;
 };
@@ -59,13 +61,50 @@ inline constexpr double kLeastSignal = 0.05;
 Identifiability identifiability(const Eigen::MatrixXd& A,
                                 const std::vector<ScaledParameter>& parameters);
 
+/// A base parameter: what readings know of one parameter that no null direction gives up.
+struct IdentifiedCombination {
+  std::string name;             // "S_2"; "l_2 - R_2": the parameter, and what acts together with it
+  std::string unit;             // deg, mm, or the parameter's own
+  bool is_angle = false;        // value in rad, unit deg
+  bool alone = true;            // one parameter by itself
+  std::vector<int> members;     // the parameters of the name, the leading one first
+  Eigen::VectorXd of;           // coefficients of all parameters, shape (n)
+  std::optional<double> value;  // of . parameters, mm or rad, once they have been fitted
+  double standard_uncertainty = 0;
+};
+
+/// The `rank` base parameters of a linearised model (the standard reduction of robot calibration:
+/// Khalil and Dombre 2002, Ch. 9): with every null direction n_i written so that it alone changes
+/// its pivot,
+///   b_j = p_j - sum_i (n_i[j] / n_i[pivot_i]) p_(pivot_i),   j no pivot,
+/// which no null direction changes. `values` (mm, rad; may be empty) and their `covariance` give
+/// value and uncertainty. Proof: unmoved by every null direction, as many as the rank, and 95 %
+/// intervals that cover (identifiability_test.cpp).
+std::vector<IdentifiedCombination> identified_combinations(
+    const Identifiability& of, const std::vector<ScaledParameter>& parameters,
+    const Eigen::MatrixXd& covariance, const Eigen::VectorXd& values = {});
+
+/// Two base parameters that the readings tell apart badly.
+struct Correlation {
+  int a = 0, b = 0;  // places among the combinations
+  double r = 0;
+};
+inline constexpr double kStrongCorrelation = 0.9;
+
+/// Pairs with |r| of kStrongCorrelation or more, the strongest first.
+std::vector<Correlation> strong_correlations(const std::vector<IdentifiedCombination>& of,
+                                             const Eigen::MatrixXd& covariance);
+
 /// Covariance of the parameters in mm and rad, on the identified directions alone (GUM, known
 /// noise).
 Eigen::MatrixXd covariance(const Identifiability& of,
                            const std::vector<ScaledParameter>& parameters);
 
-/// Sentences for a person: the rank, what is judged by it, then one per direction that is missing.
+/// Sentences for a person: the rank, what is judged by it, one per direction that is missing, what
+/// is known of the parameters in it with U (k = 2), and what is strongly correlated.
 std::vector<std::string> in_words(const Identifiability& of,
-                                  const std::vector<ScaledParameter>& parameters);
+                                  const std::vector<ScaledParameter>& parameters,
+                                  const std::vector<IdentifiedCombination>& known,
+                                  const std::vector<Correlation>& correlated = {});
 
 }  // namespace trammel

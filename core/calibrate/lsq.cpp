@@ -173,35 +173,6 @@ Solution solve(const System& system, const LsqOptions& options, const Identifiab
   }
 }
 
-/// Pairs that act as one, where no other missing direction touches them.
-std::vector<IdentifiedCombination> combinations(const Identifiability& known,
-                                                const std::vector<ScaledParameter>& parameters,
-                                                const Eigen::VectorXd& values,
-                                                const Eigen::MatrixXd& cov) {
-  std::vector<IdentifiedCombination> found;
-  for (const NullDirection& direction : known.null_space) {
-    if (direction.members.size() != 2) continue;
-    const int a = direction.members[0], b = direction.members[1];
-    const double ratio = direction.change[a] / direction.change[b];
-    const auto& pa = parameters[static_cast<std::size_t>(a)];
-    const auto& pb = parameters[static_cast<std::size_t>(b)];
-    if (pa.is_angle != pb.is_angle || std::abs(std::abs(ratio) - 1) > 0.01) continue;
-    Eigen::VectorXd c = Eigen::VectorXd::Zero(values.size());
-    c[a] = 1;
-    c[b] = -std::round(ratio);
-    const bool touched = std::any_of(known.null_space.begin(), known.null_space.end(),
-                                     [&](const NullDirection& other) {
-                                       return std::abs(c.dot(other.change)) > 0.05 * pa.tolerance;
-                                     });
-    if (touched) continue;
-    found.push_back({.name = pa.name + (ratio > 0 ? " - " : " + ") + pb.name,
-                     .value = c.dot(values),
-                     .standard_uncertainty = std::sqrt(c.dot(cov * c)),
-                     .is_angle = pa.is_angle});
-  }
-  return found;
-}
-
 void fill_robot(const Mechanism& mechanism, const System& system, const Eigen::VectorXd& values,
                 LsqResult& result) {
   GeometryVector geometry = to_vector(mechanism.geometry);
@@ -262,15 +233,17 @@ LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> r
          .standard_uncertainty = std::sqrt(solution.covariance(column, column))});
   }
   fill_robot(mechanism, system, values, result);
-  result.combinations =
-      combinations(result.identifiability, system.parameters, values, solution.covariance);
+  result.covariance = solution.covariance;
+  result.base = identified_combinations(result.identifiability, system.parameters,
+                                        solution.covariance, values);
   result.rounds = solution.rounds;
   result.n_equations = static_cast<int>(system.A.rows());
   result.rank = solution.rounds.back().rank;
   result.weighted_rss = solution.rounds.back().weighted_rss;
   const int freedom = result.n_equations - result.rank;
   if (freedom > 0) result.sigma_ratio = std::sqrt(result.weighted_rss / freedom);
-  result.words = in_words(result.identifiability, system.parameters);
+  result.words = in_words(result.identifiability, system.parameters, result.base,
+                          strong_correlations(result.base, solution.covariance));
   return result;
 }
 

@@ -31,14 +31,6 @@ struct LsqParameter {
   double standard_uncertainty = 0;  // from the readings' sigmas; meaningful when identified
 };
 
-/// A combination a null direction of two leaves, with its value.
-struct IdentifiedCombination {
-  std::string name;  // "l_2 - R_2"
-  double value = 0;  // mm or rad
-  double standard_uncertainty = 0;
-  bool is_angle = false;
-};
-
 /// One later epoch's own joint zeros and frame offset.
 struct EpochOffset {
   Eigen::Vector3d l_zero_mm = Eigen::Vector3d::Zero();
@@ -54,10 +46,11 @@ struct LsqRound {
 
 struct LsqResult {
   std::vector<LsqParameter> parameters;
-  std::vector<IdentifiedCombination> combinations;
-  Geometry geometry;                  // nominal plus the solution
-  std::map<int, EpochOffset> epochs;  // of later epochs with columns of their own
-  Identifiability identifiability;    // of the full set of columns
+  std::vector<IdentifiedCombination> base;  // as many as the rank of the full set of columns
+  Eigen::MatrixXd covariance;               // of the parameters, mm and rad, from the sigmas alone
+  Geometry geometry;                        // nominal plus the solution
+  std::map<int, EpochOffset> epochs;        // of later epochs with columns of their own
+  Identifiability identifiability;          // of the full set of columns
   std::vector<LsqRound> rounds;
   int n_equations = 0;
   int rank = 0;             // of the last round

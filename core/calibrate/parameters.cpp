@@ -53,6 +53,15 @@ void add_effect_parameters(std::vector<FreeParameter>& parameters, const RobotMo
   }
 }
 
+std::vector<ScaledParameter> scaled_parameters(const std::vector<FreeParameter>& parameters) {
+  std::vector<ScaledParameter> scaled;
+  for (const FreeParameter& p : parameters) {
+    const bool effect = p.kind == FreeParameter::Kind::effect;
+    scaled.push_back({p.name, !effect && p.unit == "deg", p.scale, effect ? p.unit : ""});
+  }
+  return scaled;
+}
+
 RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
                  const Eigen::VectorXd& step) {
   GeometryVector geometry = to_vector(model.geometry);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/calibrate/identifiability.hpp"
 #include "core/model/robot_model.hpp"
 
 namespace trammel {
@@ -27,6 +28,9 @@ std::vector<FreeParameter> base_parameters(const std::vector<Reading>& readings)
 
 /// The parameters of the model's effects that are not zero-and-unused: those listed in `used`.
 void add_effect_parameters(std::vector<FreeParameter>& parameters, const RobotModel& model);
+
+/// The parameters as identifiability() and in_words() take them.
+std::vector<ScaledParameter> scaled_parameters(const std::vector<FreeParameter>& parameters);
 
 /// The model moved by `step`, in units of each parameter's scale.
 RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,

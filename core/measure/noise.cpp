@@ -91,6 +91,7 @@ NoiseLevel noise_level(const Campaign& campaign) {
   require_positive(repeats->sigma);
   return {.sigma = repeats->sigma,
           .source = NoiseLevel::Source::repeats,
+          .degrees_of_freedom = repeats->degrees_of_freedom,
           .words = words_of(repeats->sigma, "estimated from " + std::to_string(repeats->groups) +
                                                 " groups of repeats, " +
                                                 std::to_string(repeats->degrees_of_freedom) +

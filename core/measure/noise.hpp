@@ -26,7 +26,8 @@ struct NoiseLevel {
   enum class Source { tracker, repeats };
   TrackerSigma sigma = {};
   Source source = Source::tracker;
-  std::string words = {};  // "tracker: 0.010 mm and 0.0040 deg" …
+  int degrees_of_freedom = 0;  // of repeats; 0: as stated by the tracker, taken for known
+  std::string words = {};      // "tracker: 0.010 mm and 0.0040 deg" …
 };
 
 /// The tracker's sigmas where the campaign states them, else those of its repeats.

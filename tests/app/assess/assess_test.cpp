@@ -17,8 +17,10 @@ assess::Assessment assessed(store::Connection& db, const std::string& job = "",
   return assess::gather(db, store::require_campaign(db, "paper"), session, job);
 }
 
-std::string calibrated(store::Connection& db, const std::string& stage) {
-  return std::to_string(job::run(db, {.campaign = "paper", .stage = stage}).job.id);
+std::string calibrated(store::Connection& db, const std::string& stage,
+                       const job::Json& parameters = job::Json::object()) {
+  return std::to_string(
+      job::run(db, {.campaign = "paper", .stage = stage, .parameters = parameters}).job.id);
 }
 
 const assess::Judged& judged(const assess::Assessment& a, bool in_sample) {
@@ -81,13 +83,14 @@ TEST_CASE(
   struct Row {
     const char* stage;
     const char* from;
+    job::Json parameters = job::Json::object();
   };
   for (const Row row :
        {Row{"geometry", "covariance of the fitted model"}, Row{"gp", "Gaussian process"},
-        Row{"hybrid", "Gaussian process on what it leaves"},
+        Row{"hybrid", "Gaussian process on what it leaves", {{"map", "always"}}},
         Row{"lsq", "residuals of held-out points"}, Row{"idw", "residuals of held-out points"}}) {
     INFO(row.stage);
-    const auto found = assessed(paper.db, calibrated(paper.db, row.stage));
+    const auto found = assessed(paper.db, calibrated(paper.db, row.stage, row.parameters));
     CHECK_THAT(found.job->uncertainty_from, Contains(row.from));
     for (const assess::Judged& j : found.job->sets) {
       for (const assess::Point& p : j.points) {
@@ -115,6 +118,28 @@ TEST_CASE("a complete model's U covers where the corrected robot goes", "[assess
   REQUIRE(unseen.improvement_95_pct);
   CHECK(unseen.improvement_95_pct->low < *unseen.improvement_pct);
   CHECK(unseen.improvement_95_pct->high > *unseen.improvement_pct);
+}
+
+TEST_CASE("U is widened by what held-out points show beyond it, and then covers them", "[assess]") {
+  Campaign campaign = paper_campaign();
+  for (std::size_t k = 80; k < 128; ++k) {  // an error that only the unseen places have
+    campaign.readings[k].measured->x_mm += k % 2 == 0 ? 0.06 : -0.06;
+  }
+  const test::TempFolder folder;
+  store::Connection db = stored(folder, campaign);
+  const auto found = assessed(db, calibrated(db, "geometry"));
+  CHECK_THAT(found.job->uncertainty_from, Contains("that held-out points show beyond it"));
+  const assess::Judged& unseen = judged(found, false);
+  CHECK(unseen.points[0].U_mm > 0.08);
+  REQUIRE(unseen.covered_pct);
+  CHECK(*unseen.covered_pct > 90);
+  CHECK_FALSE(judged(found, true).covered_pct);
+}
+
+TEST_CASE("a fit of the noise is not called at the floor", "[assess]") {
+  PaperStore paper;
+  const auto found = assessed(paper.db, calibrated(paper.db, "idw"));
+  CHECK_THAT(judged(found, true).verdict, Contains("below the floor"));
 }
 
 TEST_CASE("without held-out points the job is judged by spatial blocks, in-sample kept apart",

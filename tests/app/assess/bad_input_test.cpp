@@ -170,7 +170,7 @@ TEST_CASE("a constant column has no R^2 and no length scale, and says so without
   CHECK(report.out.find("nan") == std::string::npos);
 }
 
-TEST_CASE("a validation set that overlaps the fitted points is called in-sample in disguise",
+TEST_CASE("validation points that were fitted count as in-sample, and the answer says so",
           "[bad-input]") {
   const TemporaryFolder folder;
   Random random(506);
@@ -184,7 +184,8 @@ TEST_CASE("a validation set that overlaps the fitted points is called in-sample 
   import(folder);
   for (const std::string stage : {"lsq", "idw", "gp"}) {
     CHECK_THAT(answered(folder, stage).out,
-               Contains("10 of 10 held-out points stand where the correction was fitted"));
+               Contains("10 of 10 validation points stand where the correction was fitted") &&
+                   Contains("nothing of these readings is held out") && !Contains("(held-out)"));
   }
 }
 
@@ -194,7 +195,7 @@ TEST_CASE("100,000 points: answered or refused in words, within the memory of a 
   Random random(507);
   write_campaign(folder, grid(100000, random), kTracker);
   import(folder);
-  for (const std::string stage : {"gp", "hybrid"}) {
+  for (const std::string stage : {"gp", "hybrid", "idw", "contest"}) {
     const Finished f = answered(folder, stage);
     CHECK(f.exit_code == 4);
     CHECK_THAT(f.err, Contains("too many"));

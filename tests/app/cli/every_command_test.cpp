@@ -63,7 +63,7 @@ const std::map<std::string, Words>& examples() {
       {"protocol run", {"demo/protocol.json"}},
       {"plan create", {"lattice", "--step", "50", "--out", "made.json"}},
       {"plan show", {"plan.json"}},
-      {"plan check", {"plan.json"}},
+      {"plan check", {"plan.json", "--identifiability"}},
       {"session run", {"lab", "--plan", "plan.json", "--stage", "sim:demo/robot.json"}},
       {"session resume", {"paper", "--session", "measure-80"}},
       {"session status", {"paper"}},

@@ -30,8 +30,10 @@ TEST_CASE("the contest judges every method on the same held-out points and picks
   CHECK(geometry < row(details["table"], "idw")["mean_mm"].get<double>());
   CHECK(details["picked"] != "nominal");
   CHECK(details["picked"] != "hybrid");
-  CHECK_THAT(job_text(outcome.job, campaign_of(paper.db, outcome.job.data)),
-             Contains("rule: ") && Contains("at the floor"));
+  const std::string text = job_text(outcome.job, campaign_of(paper.db, outcome.job.data));
+  CHECK_THAT(text, Contains("rule: ") && Contains("at the floor"));
+  CHECK_THAT(text, Contains("held-out, mm") && Contains("time, s") && Contains("U (k=2)") &&
+                       Contains("> lsq"));
   CHECK(run(paper.db, {.campaign = "paper", .stage = "contest"}).reused);
   const store::NewJob again = compute(paper.db, request_of(paper.db, outcome.job));
   CHECK(same_result(again.result_json, outcome.job.data.result_json));

@@ -1,6 +1,7 @@
 #include "core/calibrate/geometry_fit.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -122,6 +123,114 @@ TEST_CASE("Huber's fit is moved by a wrong reading far less than least squares",
   };
   CHECK(off(robust) < 0.5 * off(plain));
   CHECK(robust.weights[7] < 0.1);
+}
+
+TEST_CASE("a robot up to 3 mm and 1 deg from nominal in every parameter is found", "[calibrate]") {
+  Random random(27);
+  int damped = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    RobotModel truth = nominal_model(paper_mechanism());
+    GeometryVector g = to_vector(truth.geometry);
+    for (int k = 0; k < kGeometryParameters; ++k) {
+      const bool angle = geometry_parameters()[static_cast<std::size_t>(k)].is_angle;
+      g[k] += angle ? rad_from_deg(random.uniform(-1, 1)) : random.uniform(-3, 3);
+    }
+    truth.geometry = from_vector(g);
+    const auto readings = measure(truth, {-4, 0, 4}, random);
+    const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
+    INFO("trial " << trial << ", " << fit.iterations << " steps");
+    CHECK(fit.status == GeometryFit::Status::converged);
+    CHECK(fit.chi2 / fit.dof < 1.4);  // chi^2(222): beyond 1.4 in 1e-4 of fits
+    damped += fit.damped;
+    for (int i = 0; i < 5; ++i) {
+      Conditions c;
+      c.cmd_mm =
+          inverse(paper_mechanism().geometry, {random.uniform(-80, 80), random.uniform(-80, 80),
+                                               rad_from_deg(random.uniform(-4, 4))})
+              .l_mm;
+      const Eigen::Vector3d off =
+          predict(fit.model, c).pose.vector() - predict(truth, c).pose.vector();
+      CHECK(off.head<2>().norm() < 0.05);  // five times the noise
+    }
+  }
+  INFO(damped << " damped steps");
+}
+
+TEST_CASE("where a whole Gauss-Newton step makes things worse, a damped one does not",
+          "[calibrate]") {
+  // 40 mm and 8 deg from nominal: far outside the linear range
+  Random random(28);
+  int damped = 0, converged = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    RobotModel start = nominal_model(paper_mechanism());
+    GeometryVector g = to_vector(start.geometry);
+    for (int k = 0; k < kGeometryParameters; ++k) {
+      const bool angle = geometry_parameters()[static_cast<std::size_t>(k)].is_angle;
+      g[k] += angle ? rad_from_deg(random.uniform(-8, 8)) : random.uniform(-40, 40);
+    }
+    start.geometry = from_vector(g);
+    const auto readings = measure(nominal_model(paper_mechanism()), {-4, 0, 4}, random);
+    if (!std::ranges::all_of(readings,
+                             [&](const Reading& r) { return predict(start, r.conditions).ok(); })) {
+      continue;
+    }
+    const double before =
+        whitened_system(start, readings, kSigma, base_parameters(readings)).residual.squaredNorm();
+    const auto fit = fit_geometry(start, readings, kSigma, {.max_iterations = 200});
+    CHECK(fit.chi2 <= before);
+    damped += fit.damped;
+    converged += fit.status == GeometryFit::Status::converged && fit.chi2 / fit.dof < 1.4 ? 1 : 0;
+  }
+  INFO(damped << " damped steps, " << converged << " converged");
+  CHECK(damped > 0);
+  CHECK(converged >= 10);
+}
+
+TEST_CASE("readings of a clean campaign are called outliers in 1 of 100 campaigns at most",
+          "[calibrate]") {
+  Random random(29);
+  int alarms = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    RobotModel truth = nominal_model(paper_mechanism());
+    truth.geometry = tests::random_geometry(random);
+    const auto readings = measure(truth, {-4, 0, 4}, random);
+    const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
+    alarms += outlying_readings(fit, readings).empty() ? 0 : 1;
+  }
+  INFO(alarms);
+  CHECK(alarms <= 10);  // binomial(300, 0.01): more than 10 in 0.02 % of runs
+}
+
+TEST_CASE("wrong readings are named by their seq, robust or not, and no right one with them",
+          "[calibrate]") {
+  Random random(30);
+  RobotModel truth = nominal_model(paper_mechanism());
+  auto readings = measure(truth, {-4, 0, 4}, random);
+  readings[7].measured->x_mm += 0.3;
+  readings[40].measured->y_mm -= 0.3;
+  readings[66].measured->phi_rad += rad_from_deg(0.1);
+  for (const bool huber : {false, true}) {
+    const auto fit =
+        fit_geometry(nominal_model(paper_mechanism()), readings, kSigma, {.huber = huber});
+    std::vector<int> named;
+    for (const OutlyingReading& o : outlying_readings(fit, readings)) {
+      named.push_back(o.seq);
+      CHECK((o.weight < 0.3) == huber);
+    }
+    CHECK(named == std::vector<int>{8, 41, 67});
+  }
+}
+
+TEST_CASE(
+    "Huber counts in the residuals' own spread: a model that lacks something keeps its weights",
+    "[calibrate]") {
+  Random random(31);
+  auto readings = measure(nominal_model(paper_mechanism()), {-4, 0, 4}, random, 8);
+  const auto fit =
+      fit_geometry(nominal_model(paper_mechanism()), readings, kSigma, {.huber = true});
+  CHECK(fit.scale > 6);
+  CHECK((fit.weights.array() == 1).count() > 70);  // of 80; 3 % of clean readings lie beyond
+  CHECK(outlying_readings(fit, readings).empty());
 }
 
 TEST_CASE("unusable input of a fit is refused in words", "[calibrate]") {

@@ -1,6 +1,7 @@
 #include "core/calibrate/optimal_plan.hpp"
 
 #include <Eigen/Cholesky>
+#include <cstdio>
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/error.hpp"
@@ -34,7 +35,8 @@ double log_det(const Eigen::MatrixXd& J) {
 }
 
 /// Mean position error over the workspace of fits to simulated readings of a plan, mm.
-double mean_error_mm(const Plan& plan, int robots) {
+double mean_error_mm(const Plan& plan, int robots,
+                     const std::vector<double>& workspace_rad = kTurnedRad) {
   const Mechanism mechanism = paper_mechanism();
   const DesignModel design = design_model(mechanism, kSigma, kEffects);
   RobotModel start = design.model;
@@ -57,7 +59,7 @@ double mean_error_mm(const Plan& plan, int robots) {
                                            at.phi_rad + kSigma.phi_rad * random.normal()}});
     }
     const GeometryFit fit = fit_geometry(start, readings, kSigma, {.tolerance_prior = true});
-    for (const Pose& pose : comparison_poses(kTurnedRad)) {
+    for (const Pose& pose : comparison_poses(workspace_rad)) {
       const Conditions c = conditions_at(mechanism, pose, {1, 1, 1}, 5);
       const Eigen::Vector3d off =
           predict(fit.model, c).pose.vector() - predict(truth, c).pose.vector();
@@ -140,6 +142,34 @@ TEST_CASE("sixteen optimal points predict the turned workspace better than paper
   // The mean of a planar normal's length is sqrt(pi / 4) of its root mean square. Twenty robots of
   // 24 parameters: a tenth is four standard deviations of the mean.
   CHECK_THAT(optimal_mm, WithinRel(std::sqrt(M_PI / 4) * predicted(optimal).mean_mm, 0.2));
+}
+
+TEST_CASE("how many optimal points are worth paper-80, in simulation", "[.][slow]") {
+  // The table of README, "How many points": mean position error, um, of fits (geometry, lead_scale,
+  // backlash; tolerances as priors) to simulated readings, over +-100 mm, 40 drawn robots.
+  constexpr int kRobots = 40;
+  const Mechanism mechanism = paper_mechanism();
+  const std::vector<double> level_rad = {0};
+  double paper_um[2] = {}, at_16 = 0, at_40 = 0;
+  for (const auto* workspace : {&kTurnedRad, &level_rad}) {
+    const bool turned = workspace == &kTurnedRad;
+    paper_um[turned ? 0 : 1] = 1000 * mean_error_mm(named_plan("paper-80"), kRobots, *workspace);
+    std::printf("%s: paper-80 %.2f um;", turned ? "-5, 0, 5 deg" : "0 deg",
+                paper_um[turned ? 0 : 1]);
+    for (const int points : {8, 12, 16, 24, 32, 40, 80}) {
+      OptimalRequest asked = request(points);
+      asked.step_mm = 20;
+      asked.orientations_rad = *workspace;
+      const double um =
+          1000 * mean_error_mm(optimal_plan(mechanism, asked).plan, kRobots, *workspace);
+      std::printf(" %d: %.2f", points, um);
+      if (turned && points == 16) at_16 = um;
+      if (!turned && points == 40) at_40 = um;
+    }
+    std::printf("\n");
+  }
+  CHECK(at_16 < paper_um[0]);
+  CHECK(at_40 < paper_um[1]);
 }
 
 TEST_CASE("a plan that cannot be chosen is refused in words", "[calibrate]") {

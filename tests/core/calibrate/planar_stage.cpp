@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "core/calibrate/gp.hpp"
 #include "core/calibrate/idw.hpp"
 #include "core/calibrate/rbf.hpp"
 
@@ -24,6 +25,7 @@ using namespace trammel;
 constexpr int kEvery = 3;
 constexpr double kUmPerMm = 1000;
 constexpr double kKnownUm[2] = {0.052, 0.074};
+constexpr double kBilinearUm[2] = {0.051, 0.060};
 constexpr double kWithin = 0.05;
 
 struct Nodes {
@@ -84,6 +86,10 @@ int main(int argc, char** argv) {
               kKnownUm[0], kKnownUm[1]);
   std::printf("  idw p = 2, all            %.3f / %.3f\n", all[0], all[1]);
   std::printf("  rbf 144 neurons, %3.0f mm   %.3f / %.3f\n", training.sigma_mm, rbf[0], rbf[1]);
+  const auto gp = held_out_rms_um(fit_gp(nodes.samples), nodes.held_out);
+  std::printf("  gp                        %.3f / %.3f\n", gp[0], gp[1]);
+  std::printf("  bilinear, for comparison              (known: %.3f / %.3f)\n", kBilinearUm[0],
+              kBilinearUm[1]);
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(idw[axis] / kKnownUm[axis] - 1) > kWithin) return 1;
   }

@@ -1,0 +1,23 @@
+#include "core/calibrate/goodness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/limits.hpp"
+
+namespace trammel {
+
+Goodness goodness(double chi2, int dof, int noise_degrees) {
+  Goodness g{.dof = dof};
+  if (dof <= 0) return g;
+  const bool known = noise_degrees == 0;
+  g.ratio = std::sqrt(chi2 / dof);
+  g.limit = std::sqrt(variance_ratio_limit(
+      kFalseMisfit, dof, known ? std::numeric_limits<double>::infinity() : noise_degrees));
+  g.explained = g.ratio <= g.limit;
+  g.scale = known ? std::max(1.0, g.ratio) : g.ratio;
+  return g;
+}
+
+}  // namespace trammel
