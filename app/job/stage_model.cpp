@@ -277,7 +277,7 @@ bool map_helps(const Campaign& campaign, const Json& parameters, const std::vect
 Json complete_hybrid(const Json& given) {
   Json of_model = given;
   of_model.erase("map");
-  Json all = complete(of_model);
+  Json all = complete_model(of_model);
   const JsonFile file = parse_json(given.dump(), "parameters of hybrid");
   Fields f(file);
   all["map"] = f.choice("map", {"when-it-helps", "always"}, "when-it-helps");

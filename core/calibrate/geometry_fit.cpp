@@ -251,24 +251,53 @@ std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
                                                std::span<const Reading> readings,
                                                double false_alarm) {
   TRAMMEL_ASSERT(fit.weights.size() == static_cast<Eigen::Index>(readings.size()));
-  const double scale = spread(fit.system.residual);
   const double limit = chi2_of_three_limit(false_alarm / static_cast<double>(readings.size()));
+  const Eigen::MatrixXd J = fit.system.jacobian * fit.identified.directions;
+  // the normal equations of the readings that are left; at the solution their right side is zero
+  Eigen::MatrixXd normal =
+      fit.identified.singular.head(fit.identified.rank).cwiseAbs2().asDiagonal();
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(J.cols());
+  std::vector<bool> out(readings.size(), false);
+  std::vector<double> d2(readings.size());
+  const auto judge = [&] {
+    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+    const Eigen::VectorXd residual = fit.system.residual - J * solver.solve(right);
+    const double variance = std::pow(spread(residual), 2);
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      const Eigen::Matrix3Xd rows = J.middleRows<3>(3 * i);
+      const Eigen::Matrix3d expected =
+          Eigen::Matrix3d::Identity() +
+          (out[k] ? 1 : -fit.weights[i]) * (rows * solver.solve(rows.transpose()));
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(expected);
+      // a reading that alone determines something is fitted whatever it says: nothing judges it
+      d2[k] = eigen.eigenvalues()[0] < kJudged
+                  ? 0
+                  : (eigen.eigenvectors().transpose() * residual.segment<3>(3 * i))
+                            .cwiseAbs2()
+                            .cwiseQuotient(eigen.eigenvalues())
+                            .sum() /
+                        variance;
+    }
+  };
+  judge();
+  for (std::size_t n = 0; n < readings.size() / 4; ++n) {
+    std::size_t worst = readings.size();
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      if (!out[k] && d2[k] > (worst < readings.size() ? d2[worst] : limit)) worst = k;
+    }
+    if (worst == readings.size()) break;
+    const auto i = static_cast<Eigen::Index>(worst);
+    const Eigen::Matrix3Xd rows = J.middleRows<3>(3 * i);
+    normal -= fit.weights[i] * rows.transpose() * rows;
+    right -= fit.weights[i] * rows.transpose() * fit.system.residual.segment<3>(3 * i);
+    out[worst] = true;
+    judge();
+  }
   std::vector<OutlyingReading> found;
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    const auto J = fit.system.jacobian.middleRows<3>(3 * i);
-    const Eigen::Vector3d r = fit.system.residual.segment<3>(3 * i);
-    const Eigen::Matrix3d kept =
-        Eigen::Matrix3d::Identity() - fit.weights[i] * (J * fit.covariance * J.transpose());
-    // a reading that alone determines something is fitted whatever it says: nothing judges it
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(kept);
-    if (eigen.eigenvalues()[0] < kJudged) continue;
-    const double d2 = (eigen.eigenvectors().transpose() * r)
-                          .cwiseAbs2()
-                          .cwiseQuotient(eigen.eigenvalues())
-                          .sum() /
-                      (scale * scale);
-    if (d2 > limit) found.push_back({readings[k].seq, std::sqrt(d2), fit.weights[i]});
+    if (d2[k] <= limit) continue;
+    found.push_back({readings[k].seq, std::sqrt(d2[k]), fit.weights[static_cast<Eigen::Index>(k)]});
   }
   return found;
 }

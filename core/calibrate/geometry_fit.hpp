@@ -101,9 +101,13 @@ inline constexpr double kFalseOutlying = 0.01;  // over all readings of a fit
 /// Readings beyond what noise explains, in the order given. Each is judged against what the others
 /// expect of it:
 ///   d2 = r' (I - H)^-1 r / scale^2,   H = J Cov J' of its own three rows (leverage)
-/// beyond the limit of chi^2(3) for false_alarm / N (Bonferroni). scale: the residuals' own spread,
-/// at least 1, so that a model that lacks something does not make every reading an outlier. They
-/// are named, not dropped. Proof: false alarms counted, hidden ones found (geometry_fit_test.cpp).
+/// beyond the limit of chi^2(3) for false_alarm / N (Bonferroni). The worst is set aside and the
+/// rest fitted again (in the linearisation at the solution), until none of the rest lies beyond or
+/// a quarter is aside: a wrong reading pulls the fit, and right ones then look wrong. What was set
+/// aside is judged at the end against the fit without it: r' (I + H)^-1 r / scale^2. scale: the
+/// residuals' own spread, at least 1, so that a model that lacks something does not make every
+/// reading an outlier. They are named, not dropped. Proof: false alarms counted, hidden ones found
+/// (geometry_fit_test.cpp).
 std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
                                                std::span<const Reading> readings,
                                                double false_alarm = kFalseOutlying);

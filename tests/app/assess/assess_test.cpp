@@ -85,7 +85,7 @@ TEST_CASE(
     const char* from;
     job::Json parameters = job::Json::object();
   };
-  for (const Row row :
+  for (const Row& row :
        {Row{"geometry", "covariance of the fitted model"}, Row{"gp", "Gaussian process"},
         Row{"hybrid", "Gaussian process on what it leaves", {{"map", "always"}}},
         Row{"lsq", "residuals of held-out points"}, Row{"idw", "residuals of held-out points"}}) {

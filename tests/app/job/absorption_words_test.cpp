@@ -12,12 +12,6 @@ job::StageResult geometry(const Campaign& campaign) {
   return stage.run(campaign, stage.complete(job::Json::object()));
 }
 
-std::string said(const job::StageResult& result) {
-  std::string text;
-  for (const std::string& sentence : result.words) text += sentence + "\n";
-  return text;
-}
-
 }  // namespace
 
 TEST_CASE("calibrate geometry calls a shift between halves what it is", "[job]") {

@@ -1,6 +1,7 @@
 #pragma once
 // A stored campaign that was made here: the paper's points on a robot with geometric errors.
 
+#include "app/job/stages.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
@@ -31,5 +32,12 @@ struct PaperStore {
   store::Connection db = store::open(folder.file("t.db"), store::Access::create);
   store::Id campaign = store::import_campaign(db, paper_campaign()).campaign_id;
 };
+
+/// The sentences of a result, one per line.
+inline std::string said(const job::StageResult& result) {
+  std::string text;
+  for (const std::string& sentence : result.words) text += sentence + "\n";
+  return text;
+}
 
 }  // namespace trammel::tests

@@ -18,12 +18,6 @@ job::StageResult ran(const char* stage, const Campaign& campaign,
   return of.run(campaign, of.complete(parameters));
 }
 
-std::string said(const job::StageResult& result) {
-  std::string text;
-  for (const std::string& sentence : result.words) text += sentence + "\n";
-  return text;
-}
-
 /// Every rail stretched by `gain` of its displacement from home: no constant parameter does that.
 void stretch(Campaign& campaign, double gain) {
   const Geometry& g = campaign.mechanism.geometry;
@@ -57,7 +51,7 @@ TEST_CASE("what acts together is identified with its uncertainty, in words and i
           "[job]") {
   PaperStore paper;
   const auto outcome = job::run(paper.db, {.campaign = "paper", .stage = "geometry"});
-  const std::string text = job::job_text(outcome.job, "paper");
+  const std::string text = job::job_text(outcome.job, job::campaign_of(paper.db, outcome.job.data));
   CHECK_THAT(text, Contains("identified of these: l_1 - R_1") && Contains("mm (k = 2)"));
   CHECK_THAT(text, Contains("identified, change from nominal") && Contains("U (k = 2)"));
 }
@@ -127,7 +121,7 @@ TEST_CASE("a hybrid uses its map where that helps on held-out blocks, and leaves
   CHECK_THAT(said(clean), Contains("the map does not help beyond chance, and is left out"));
   CHECK(kind_of(ran("hybrid", campaign, {{"map", "always"}}).correction) == "hybrid");
   for (Reading& r : campaign.readings) {  // a smooth error of place that no geometry makes
-    r.measured->x_mm += 0.1 * std::sin(r.target.x_mm / 25) * std::cos(r.target.y_mm / 30);
+    r.measured->x_mm += 0.3 * std::sin(r.target.x_mm / 40) * std::cos(r.target.y_mm / 50);
   }
   const auto bent = ran("hybrid", campaign);
   INFO(said(bent));

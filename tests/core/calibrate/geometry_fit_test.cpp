@@ -136,7 +136,7 @@ TEST_CASE("a robot up to 3 mm and 1 deg from nominal in every parameter is found
       g[k] += angle ? rad_from_deg(random.uniform(-1, 1)) : random.uniform(-3, 3);
     }
     truth.geometry = from_vector(g);
-    const auto readings = measure(truth, {-4, 0, 4}, random);
+    const auto readings = readings_at(truth, {-4, 0, 4}, random);
     const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
     INFO("trial " << trial << ", " << fit.iterations << " steps");
     CHECK(fit.status == GeometryFit::Status::converged);
@@ -169,7 +169,7 @@ TEST_CASE("where a whole Gauss-Newton step makes things worse, a damped one does
       g[k] += angle ? rad_from_deg(random.uniform(-8, 8)) : random.uniform(-40, 40);
     }
     start.geometry = from_vector(g);
-    const auto readings = measure(nominal_model(paper_mechanism()), {-4, 0, 4}, random);
+    const auto readings = readings_at(nominal_model(paper_mechanism()), {-4, 0, 4}, random);
     if (!std::ranges::all_of(readings,
                              [&](const Reading& r) { return predict(start, r.conditions).ok(); })) {
       continue;
@@ -193,7 +193,7 @@ TEST_CASE("readings of a clean campaign are called outliers in 1 of 100 campaign
   for (int trial = 0; trial < 300; ++trial) {
     RobotModel truth = nominal_model(paper_mechanism());
     truth.geometry = tests::random_geometry(random);
-    const auto readings = measure(truth, {-4, 0, 4}, random);
+    const auto readings = readings_at(truth, {-4, 0, 4}, random);
     const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
     alarms += outlying_readings(fit, readings).empty() ? 0 : 1;
   }
@@ -205,7 +205,7 @@ TEST_CASE("wrong readings are named by their seq, robust or not, and no right on
           "[calibrate]") {
   Random random(30);
   RobotModel truth = nominal_model(paper_mechanism());
-  auto readings = measure(truth, {-4, 0, 4}, random);
+  auto readings = readings_at(truth, {-4, 0, 4}, random);
   readings[7].measured->x_mm += 0.3;
   readings[40].measured->y_mm -= 0.3;
   readings[66].measured->phi_rad += rad_from_deg(0.1);
@@ -225,7 +225,7 @@ TEST_CASE(
     "Huber counts in the residuals' own spread: a model that lacks something keeps its weights",
     "[calibrate]") {
   Random random(31);
-  auto readings = measure(nominal_model(paper_mechanism()), {-4, 0, 4}, random, 8);
+  auto readings = readings_at(nominal_model(paper_mechanism()), {-4, 0, 4}, random, 8);
   const auto fit =
       fit_geometry(nominal_model(paper_mechanism()), readings, kSigma, {.huber = true});
   CHECK(fit.scale > 6);

@@ -45,7 +45,7 @@ std::string all_words(const Fitted& f) {
 }
 
 std::vector<Pose> turned() {
-  std::vector<Pose> poses = paper_80();
+  std::vector<Pose> poses = eighty_points();
   for (std::size_t k = 0; k < poses.size(); ++k) {
     poses[k].phi_rad = rad_from_deg(static_cast<double>(k % 3) * 4 - 4);
   }
@@ -57,7 +57,7 @@ std::vector<Pose> turned() {
 TEST_CASE("there are as many base parameters as the rank, and no null direction moves one",
           "[calibrate]") {
   Random random(401);
-  for (const auto& poses : {paper_80(), turned(), std::vector<Pose>(20, Pose{20, 30, 0})}) {
+  for (const auto& poses : {eighty_points(), turned(), std::vector<Pose>(20, Pose{20, 30, 0})}) {
     const Fitted f = fitted(measure(random_geometry(random), poses, random));
     CHECK(static_cast<int>(f.base.size()) == f.known.rank);
     for (const IdentifiedCombination& c : f.base) {
@@ -82,7 +82,7 @@ TEST_CASE("95 % intervals of the base parameters cover 93 to 97 %, at constant o
   int covered = 0, all = 0;
   for (int k = 0; k < 300; ++k) {
     const Geometry truth = random_geometry(random);
-    const Fitted f = fitted(measure(truth, paper_80(), random));
+    const Fitted f = fitted(measure(truth, eighty_points(), random));
     const Eigen::VectorXd off = to_vector(truth) - to_vector(paper_mechanism().geometry);
     for (const IdentifiedCombination& c : f.base) {
       ++all;
@@ -112,7 +112,7 @@ TEST_CASE("the sentence of a pair carries what is known of it, with its uncertai
 TEST_CASE("what is left of parameters in longer null directions is named with its uncertainty",
           "[calibrate]") {
   Random random(404);
-  const Fitted f = fitted(measure(random_geometry(random), paper_80(), random));
+  const Fitted f = fitted(measure(random_geometry(random), eighty_points(), random));
   const std::string words = all_words(f);
   CHECK_THAT(words,
              Contains("identified of these: beta_1") && Contains("identified of these: l_1"));
