@@ -15,8 +15,7 @@ namespace {
 
 constexpr double kAssumedXyMm = 0.010;  // where neither tracker nor repeats say: only a first guess
 constexpr double kAssumedPhiRad = rad_from_deg(0.01);
-constexpr int kEnoughRepeats = 8;     // degrees of freedom before repeats give the noise alone
-constexpr double kBlindShare = 1e-4;  // surviving share below which a design is blind to an effect
+constexpr int kEnoughRepeats = 8;  // degrees of freedom before repeats give the noise alone
 constexpr double kOtherNoise =
     3.3;  // standard uncertainties (0.1 %) by which a stated sigma must be off
 
@@ -210,44 +209,12 @@ void say_what_is_not_testable(Work& w) {
   }
 }
 
-std::vector<Tie::Term> terms_of(const Library& library, const Candidate& candidate) {
-  std::vector<Tie::Term> terms;
-  Eigen::Index at = 0;
-  for (const int u : candidate.units) {
-    const Unit& unit = library.units[static_cast<std::size_t>(u)];
-    for (const int k : unit.parameters) terms.push_back({unit.effect, k, candidate.values[at++]});
-  }
-  return terms;
-}
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& n : names) text += (text.empty() ? "" : " + ") + n;
-  return text;
-}
-
-Tie tie_between(const Library& library, const Candidate& best, const Candidate& rival) {
-  return {terms_of(library, best), terms_of(library, rival),
-          "tells " + joined(names_of(best)) + " from " + joined(names_of(rival))};
-}
-
-/// Effects whose conditions are recorded but which this design can't show: a twentieth of their
-/// usual maximum should not hide.
-std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit) {
-  constexpr double kShouldNotHide = 0.05;
-  std::vector<Tie> ties;
-  for (std::size_t e = 0; e < audit.size(); ++e) {
-    const Effect& effect = effect_catalogue()[e];
-    if (audit[e].smallest_visible && audit[e].surviving_share > kBlindShare) continue;
-    if (!audit[e].missing.empty() && effect.needs.front() != Need::direction) continue;
-    for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
-      ties.push_back({{{static_cast<int>(e), static_cast<int>(k),
-                        kShouldNotHide * effect.parameters[k].usual_max}},
-                      {},
-                      "makes " + effect.name + " visible"});
-    }
-  }
-  return ties;
+/// The shape without a name that a finding speaks of; none for an effect's, or for neighbours.
+const Shape* shape_of(const Work& w, const Finding& finding) {
+  const auto at = std::find_if(w.shapes.begin(), w.shapes.end(), [&](const Shape& s) {
+    return s.where == finding.where && s.when == finding.when && !s.terms.empty();
+  });
+  return at == w.shapes.end() ? nullptr : &*at;
 }
 
 /// Abstains: what the catalogue could do is told as tried, and is not added to the model.
@@ -262,17 +229,29 @@ void leave_unexplained(Work& w, std::vector<Finding> where) {
   out.effects.erase(tried, out.effects.end());
   out.fit = w.base;
   NoiseFloor& noise = out.noise;
-  if (noise.rescaled && noise.used.xy_mm > noise.stated.xy_mm) {
+  const TrackerSigma& first =
+      noise.source == NoiseSource::repeats ? noise.repeats->sigma : noise.stated;
+  if (noise.rescaled && noise.used.xy_mm > first.xy_mm) {
     // the structure is part of that size: it says nothing about the noise
-    noise.used = noise.stated;
+    noise.used = first;
     noise.rescaled = false;
     out.notes.push_back(
-        "the residuals are larger than the stated noise, but structure is in them: the floor shown "
-        "is the stated one");
+        "the residuals are larger than the noise that tracker or repeats state, but structure is in "
+        "them: the floor shown is the stated one");
   }
   out.notes.push_back(
       "a map can take out part of what is unexplained without saying what it is: calibrate hybrid, "
       "as a generic correction");
+}
+
+/// What the findings have most of, as a tie that points may show again.
+void add_unexplained_tie(const Work& w, const Candidate& tried, std::vector<Tie>& ties) {
+  for (const Finding& finding : w.out.structure) {
+    const Shape* shape = shape_of(w, finding);
+    if (shape == nullptr) continue;
+    ties.push_back(tie_of_unexplained(w.space, w.library, tried, *shape));
+    return;
+  }
 }
 
 void decide(Work& w, std::vector<Tie>& ties) {
@@ -286,6 +265,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
   const std::vector<Candidate> all = search(w.library, 3);
   if (all.empty() || all.front().score <= 0) {
     leave_unexplained(w, out.before.findings);
+    add_unexplained_tie(w, {}, ties);
     return;
   }
   const Candidate best = extend(w.library, all.front());
@@ -299,13 +279,15 @@ void decide(Work& w, std::vector<Tie>& ties) {
   const bool inadequate = out.after.family_p <= w.options.inadequate;
   if (inadequate || (unnamed && unnamed_score > best.score)) {
     leave_unexplained(w, inadequate ? out.after.findings : std::vector<Finding>{*unnamed});
+    add_unexplained_tie(w, best, ties);
     return;
   }
   for (const Candidate& c : rivals_of(best, all)) {
     out.rivals.push_back(
         {names_of(c), c.parameters, std::exp(0.5 * (best.score - c.score)), false});
-    ties.push_back(tie_between(w.library, best, c));
+    ties.push_back(tie_between(w.library, best, c, best.score - c.score));
   }
+  out.considered = runners_up(best, all);
   for (const Candidate& c : structural_ties(w.library, best)) {
     const bool known = std::any_of(out.rivals.begin(), out.rivals.end(), [&](Rival& r) {
       r.structural = r.structural || r.names == names_of(c);
@@ -313,13 +295,17 @@ void decide(Work& w, std::vector<Tie>& ties) {
     });
     if (known) continue;
     out.rivals.push_back({names_of(c), c.parameters, 1, true});
-    ties.push_back(tie_between(w.library, best, c));
+    ties.push_back(tie_between(w.library, best, c, 0));
   }
   if (unnamed && unnamed_score > best.score - kEvidence20To1) {
     out.rivals.push_back({{"unnamed: " + unnamed->where + ", " + unnamed->when},
                           unnamed->terms,
                           std::exp(0.5 * (best.score - unnamed_score)),
                           false});
+    if (const Shape* shape = shape_of(w, *unnamed)) {
+      ties.push_back(
+          tie_with_unnamed(w.space, w.library, best, *shape, best.score - unnamed_score));
+    }
   }
   out.verdict = out.rivals.empty() ? Verdict::explained : Verdict::ambiguous;
 }
@@ -367,7 +353,8 @@ Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options) {
   decide(w, ties);
   if (ties.empty()) ties = blind_ties(w.out.audit);
   if (w.out.verdict != Verdict::explained) {
-    w.out.next = plan_next_points(w.base, w.readings, w.out.noise.used, ties);
+    w.out.next = plan_next_points(w.base, w.readings, w.out.noise.used, ties,
+                                  {.new_epoch = options.new_epoch_next});
   }
   measure_gap(campaign, w.readings, w.base, w.out);
   for (const Reading& r : of_set(campaign, ReadingSet::predict)) {

@@ -11,6 +11,7 @@
 #include "core/diagnose/next_points.hpp"
 #include "core/diagnose/noise.hpp"
 #include "core/diagnose/structure.hpp"
+#include "core/diagnose/ties.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/reading.hpp"
 
@@ -25,6 +26,7 @@ struct DiagnoseOptions {
   std::uint64_t seed = 1;
   int replicates = 2000;
   int threads = 2;
+  bool new_epoch_next = true;  // points measured next get a homing and frame of their own
 };
 
 enum class NoiseSource { tracker, repeats, residuals };
@@ -67,6 +69,9 @@ struct Rival {
 struct GapStep {
   std::string model;  // "nominal", "geometry", "+backlash", …
   RobotModel robot;
+  std::vector<FreeParameter> parameters;   // fitted in this step; none: nominal
+  std::vector<std::optional<double>> std;  // of each (rad, mm, or its own unit); none where the
+                                           // readings know only combinations with others
   std::optional<double> identify_rms_mm, validate_rms_mm;
   std::optional<double> identify_rms_deg, validate_rms_deg;
   std::optional<double>
@@ -89,7 +94,8 @@ struct Diagnosis {
   std::vector<NamedEffect>
       tried;  // unexplained: the best the catalogue could do, not added to the model
   std::vector<Rival> rivals;
-  std::vector<Finding> structure;  // what is left when the verdict is `unexplained`
+  std::vector<Considered> considered;  // sets that lost by more than a rival may
+  std::vector<Finding> structure;      // what is left when the verdict is `unexplained`
   std::vector<GapStep> gap;
   NextPoints next;
   std::vector<PredictedRow> predictions;

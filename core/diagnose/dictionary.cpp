@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 
 #include "core/units.hpp"
 
@@ -11,7 +10,6 @@ namespace trammel {
 
 namespace {
 
-using DeviationOf = std::function<Deviation(const Reading&, const Moment&)>;
 using Scalar = std::function<double(const Reading&, const Moment&)>;
 
 struct Range {
@@ -37,7 +35,7 @@ class Builder {
     for (std::size_t k = 0; k < terms.size(); ++k) {
       columns.col(static_cast<Eigen::Index>(k)) = whitened_signal(space_, terms[k]);
     }
-    shapes_.push_back({std::move(where), std::move(when), std::move(columns)});
+    shapes_.push_back({std::move(where), std::move(when), std::move(columns), terms});
   }
 
   [[nodiscard]] Range range(const Scalar& f) const {

@@ -3,6 +3,7 @@
 // tested for anything, and an unexplained gap can be said to live somewhere.
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,16 @@
 
 namespace trammel {
 
+/// What a shape does at one reading, per unit of its coefficient.
+using DeviationOf = std::function<Deviation(const Reading&, const Moment&)>;
+
 /// One shape, with as many columns as it has free coefficients. Columns are whitened, not
 /// projected.
 struct Shape {
   std::string where;  // "rail 2, l 240 to 262 mm", "readings in x, y, phi"
   std::string when;   // "all", "from 1.2 h on", "moves in + direction"
   Eigen::MatrixXd columns;
+  std::vector<DeviationOf> terms = {};  // what the columns were made from: for other readings
 };
 
 /// All shapes these readings have the conditions for: per rail polynomials, Fourier terms and local

@@ -71,6 +71,19 @@ void interval(GapStep& step, const Squares& before, const Squares& after, double
   step.closed_high = shares[shares.size() - 1 - shares.size() / 40];
 }
 
+/// Each parameter with its standard deviation, where the readings know it by itself.
+void add_parameters(GapStep& step, const GeometryFit& fit) {
+  constexpr double kByItself = 1 - 1e-6;  // share of the parameter outside the null space
+  step.parameters = fit.parameters;
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const bool known = fit.identified.directions.row(row).squaredNorm() > kByItself;
+    step.std.push_back(
+        known ? std::optional(fit.parameters[k].scale * std::sqrt(fit.covariance(row, row)))
+              : std::nullopt);
+  }
+}
+
 GapStep make_step(std::string name, const RobotModel& robot, std::span<const Reading> fitted,
                   std::span<const Reading> unseen, const RobotModel& nominal, double sigma_mm) {
   GapStep step;
@@ -99,7 +112,12 @@ void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, cons
   const TrackerSigma sigma = diagnosis.noise.used;
   const RobotModel nominal = nominal_model(campaign.mechanism);
   diagnosis.gap.push_back(make_step("nominal", nominal, fitted, unseen, nominal, sigma.xy_mm));
-  diagnosis.gap.push_back(make_step("geometry", base.model, fitted, unseen, nominal, sigma.xy_mm));
+  const auto add = [&](std::string name, const GeometryFit& fit) {
+    diagnosis.gap.push_back(
+        make_step(std::move(name), fit.model, fitted, unseen, nominal, sigma.xy_mm));
+    add_parameters(diagnosis.gap.back(), fit);
+  };
+  add("geometry", base);
   std::vector<const NamedEffect*> order;
   for (const NamedEffect& e : diagnosis.effects) {
     if (e.name != "outlier_readings") order.push_back(&e);
@@ -107,16 +125,16 @@ void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, cons
   std::stable_sort(order.begin(), order.end(), [](const NamedEffect* a, const NamedEffect* b) {
     return a->share_of_gap > b->share_of_gap;
   });
-  RobotModel model = base.model;
+  GeometryFit fit = base;
   for (const NamedEffect* e : order) {
+    RobotModel start = fit.model;
     for (const ActiveEffect& active : diagnosis.fit.model.effects) {
-      if (active.effect->name == e->name) model.effects.push_back(active);
+      if (active.effect->name == e->name) start.effects.push_back(active);
     }
-    const bool last = model.effects.size() == diagnosis.fit.model.effects.size();
-    model = last ? diagnosis.fit.model
-                 : fit_geometry(model, fitted, sigma, {.correlation = diagnosis.noise.correlation})
-                       .model;
-    diagnosis.gap.push_back(make_step("+" + e->name, model, fitted, unseen, nominal, sigma.xy_mm));
+    const bool last = start.effects.size() == diagnosis.fit.model.effects.size();
+    fit = last ? diagnosis.fit
+               : fit_geometry(start, fitted, sigma, {.correlation = diagnosis.noise.correlation});
+    add("+" + e->name, fit);
   }
 }
 

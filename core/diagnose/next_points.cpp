@@ -1,9 +1,13 @@
 #include "core/diagnose/next_points.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
+#include "core/diagnose/selection.hpp"
 #include "core/mechanism/velocity.hpp"
 #include "core/units.hpp"
 
@@ -12,10 +16,16 @@ namespace trammel {
 namespace {
 
 constexpr double kApproachMm = 5;
-constexpr double kLaterS = 900;       // set-up time before the new points
-constexpr double kHopeless = 6;       // leftover energy below which a tie stays a tie
-constexpr double kSafeMargin = 0.15;  // of the singularity measure
-constexpr double kWeakPrior = 1e-4;   // tolerances are believed this little: keeps N regular
+constexpr double kSetUpS = 900;        // from the last reading to the first new one
+constexpr double kWaitH = 4;           // a time that tells a trend from a state
+constexpr double kWarmerK = 5;         // what a hall or a warm-up can do
+constexpr double kSafeMargin = 0.15;   // of the singularity measure
+constexpr double kWeakPrior = 1e-8;    // keeps N regular where the readings there are say nothing
+constexpr double kIndependent = 1e-9;  // share of the largest singular value that is no rounding
+const std::vector<double> kTurnsDeg = {0, -4, 4};
+const std::vector<double> kMoreTurnsDeg = {0, -4, 4, -8, 8};
+constexpr std::size_t kMostTies = 8;  // searched for at once: those that stand first, the closest
+constexpr std::size_t kFirst = 12, kMore = 4;  // points to begin with, and those added at a time
 
 struct Proposal {
   Pose target;
@@ -35,25 +45,30 @@ bool reachable(const Mechanism& mechanism, const Pose& pose, InverseResult& at) 
          kSafeMargin;
 }
 
-std::vector<Proposal> candidates(const Mechanism& mechanism, const std::vector<Reading>& readings) {
-  const Reading& last = readings.back();
+/// Poses of a square lattice at three orientations. With `by_direction` each from all eight
+/// directions; else each from one, in turn, so that the next session is blind to none.
+std::vector<Proposal> candidates(const Mechanism& mechanism, const Conditions& there,
+                                 bool by_direction) {
+  const int half = by_direction ? 2 : 3;  // lattice points to either side
+  const double step_mm = 90.0 / half;
   std::vector<Proposal> all;
-  for (const double phi_deg : {0.0, -4.0, 4.0}) {
-    for (int ix = -2; ix <= 2; ++ix) {
-      for (int iy = -2; iy <= 2; ++iy) {
-        const Pose pose{45.0 * ix, 45.0 * iy, rad_from_deg(phi_deg)};
+  int turn = 0;
+  for (const double phi_deg : by_direction ? kTurnsDeg : kMoreTurnsDeg) {
+    for (int ix = -half; ix <= half; ++ix) {
+      for (int iy = -half; iy <= half; ++iy) {
+        const Pose pose{step_mm * ix, step_mm * iy, rad_from_deg(phi_deg)};
         InverseResult at;
         if (!reachable(mechanism, pose, at)) continue;
+        ++turn;
         for (int bits = 0; bits < 8; ++bits) {
-          Proposal c{pose, {}, last.conditions};
+          if (!by_direction && bits != turn % 8) continue;
+          Proposal c{pose, {}, there};
           c.conditions.cmd_mm = c.conditions.from_mm = at.l_mm;
           for (int rail = 0; rail < kChains; ++rail) {
             const int direction = bits >> rail & 1 ? 1 : -1;
             c.approach[static_cast<std::size_t>(rail)] = direction;
             c.conditions.from_mm[rail] -= direction * kApproachMm;
           }
-          c.conditions.epoch = last.conditions.epoch + 1;
-          if (last.conditions.time_s) c.conditions.time_s = *last.conditions.time_s + kLaterS;
           all.push_back(c);
         }
       }
@@ -62,63 +77,62 @@ std::vector<Proposal> candidates(const Mechanism& mechanism, const std::vector<R
   return all;
 }
 
-/// Rows of one reading: what is free to imitate, and the signal.
+/// One reading as the ties see it, whitened.
+struct Seen {
+  Reading reading;
+  Prediction at;
+  Eigen::Matrix3Xd base;  // what base and epochs can imitate
+};
+
+class Design {
+ public:
+  Design(const GeometryFit& base, const TrackerSigma& sigma, std::vector<FreeParameter> parameters)
+      : base_(base),
+        parameters_(std::move(parameters)),
+        inverse_sigma_(1 / sigma.xy_mm, 1 / sigma.xy_mm, 1 / sigma.phi_rad) {}
+
+  [[nodiscard]] Seen seen(const Conditions& conditions) const {
+    Seen s;
+    s.reading.conditions = conditions;
+    s.at = moment_of(base_.model, conditions);
+    s.base = inverse_sigma_.asDiagonal() * derivative(base_.model, parameters_, conditions, s.at);
+    return s;
+  }
+  [[nodiscard]] Eigen::Vector3d effect(const Seen& s, const Tie::Term& term) const {
+    const Eigen::Vector3d moved = response(s.at, term.deviation(s.reading, s.at.moment));
+    return term.value * moved.cwiseProduct(inverse_sigma_);
+  }
+
+ private:
+  const GeometryFit& base_;
+  std::vector<FreeParameter> parameters_;
+  Eigen::Vector3d inverse_sigma_;
+};
+
+/// Rows of one reading for one tie: what is free to imitate, and the signal.
 struct Rows {
   Eigen::Matrix3Xd columns;
   Eigen::Vector3d signal;
 };
 
-class TieRows {
- public:
-  TieRows(const GeometryFit& base, const std::vector<FreeParameter>& parameters,
-          const TrackerSigma& sigma, const Tie& tie)
-      : base_(base),
-        parameters_(parameters),
-        tie_(tie),
-        inverse_sigma_(1 / sigma.xy_mm, 1 / sigma.xy_mm, 1 / sigma.phi_rad) {}
-
-  [[nodiscard]] Eigen::Index columns() const {
-    return static_cast<Eigen::Index>(parameters_.size() + tie_.columns.size());
+Rows rows_of(const Design& design, const Tie& tie, const Seen& s) {
+  const Eigen::Index n = s.base.cols();
+  Rows rows{Eigen::Matrix3Xd(3, n + static_cast<Eigen::Index>(tie.columns.size())),
+            Eigen::Vector3d::Zero()};
+  rows.columns.leftCols(n) = s.base;
+  for (std::size_t k = 0; k < tie.columns.size(); ++k) {
+    rows.columns.col(n + static_cast<Eigen::Index>(k)) = design.effect(s, tie.columns[k]);
   }
-
-  [[nodiscard]] Rows at(const Conditions& conditions) const {
-    const Prediction here = moment_of(base_.model, conditions);
-    Rows rows{Eigen::Matrix3Xd(3, columns()), Eigen::Vector3d::Zero()};
-    const auto n = static_cast<Eigen::Index>(parameters_.size());
-    rows.columns.leftCols(n) = derivative(base_.model, parameters_, conditions, here);
-    for (std::size_t k = 0; k < tie_.columns.size(); ++k) {
-      const Tie::Term& term = tie_.columns[k];
-      const double usual =
-          effect(term).parameters[static_cast<std::size_t>(term.parameter)].usual_max;
-      rows.columns.col(n + static_cast<Eigen::Index>(k)) = usual * seen(here, term);
-    }
-    for (const Tie::Term& term : tie_.signal) rows.signal += term.value * seen(here, term);
-    rows.columns = inverse_sigma_.asDiagonal() * rows.columns;
-    rows.signal = rows.signal.cwiseProduct(inverse_sigma_);
-    return rows;
-  }
-
- private:
-  static const Effect& effect(const Tie::Term& term) {
-    return effect_catalogue()[static_cast<std::size_t>(term.effect)];
-  }
-  static Eigen::Vector3d seen(const Prediction& here, const Tie::Term& term) {
-    if (!recorded(effect(term), here.moment)) return Eigen::Vector3d::Zero();
-    return response(here, effect(term).basis(here.moment, term.parameter));
-  }
-
-  const GeometryFit& base_;
-  const std::vector<FreeParameter>& parameters_;
-  const Tie& tie_;
-  Eigen::Vector3d inverse_sigma_;
-};
+  for (const Tie::Term& term : tie.signal) rows.signal += design.effect(s, term);
+  return rows;
+}
 
 /// Least squares of the signal on the columns, one reading after the other.
 struct Imitation {
   Eigen::MatrixXd N;  // columns' columns
+  Eigen::MatrixXd inverse;
   Eigen::VectorXd moment;
   double energy = 0;  // signal' signal
-  Eigen::LDLT<Eigen::MatrixXd> solver;
   Eigen::VectorXd b;
 
   void add(const Rows& rows, double sign = 1) {
@@ -127,131 +141,316 @@ struct Imitation {
     energy += sign * rows.signal.squaredNorm();
   }
   void solve() {
-    solver.compute(N);
-    b = solver.solve(moment);
+    inverse = N.ldlt().solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()));
+    b = inverse * moment;
   }
   [[nodiscard]] double leftover() const { return std::max(0.0, energy - moment.dot(b)); }
   [[nodiscard]] double gain(const Rows& rows) const {
     const Eigen::Vector3d d = rows.signal - rows.columns * b;
-    const Eigen::Matrix3d C =
-        Eigen::Matrix3d::Identity() + rows.columns * solver.solve(rows.columns.transpose());
+    const Eigen::Matrix3Xd half = rows.columns * inverse;
+    const Eigen::Matrix3d C = Eigen::Matrix3d::Identity() + half * rows.columns.transpose();
     return d.dot(C.ldlt().solve(d));
   }
 };
 
-Imitation imitation_of(const TieRows& rows, const std::vector<Reading>& readings) {
+/// A tie in a search: what it has, needs, and would gain from each candidate.
+struct Open {
+  const Tie* tie = nullptr;
   Imitation fit;
-  fit.N = kWeakPrior * Eigen::MatrixXd::Identity(rows.columns(), rows.columns());
-  fit.moment = Eigen::VectorXd::Zero(rows.columns());
-  for (const Reading& r : readings) fit.add(rows.at(r.conditions));
-  fit.solve();
-  return fit;
-}
+  std::vector<Rows> rows;  // by candidate
+  double before = 0;       // leftover energy of the readings there are
+  double needed = 0;       // energy to add
+  double most = 0;         // leftover energy with every candidate measured once
 
-/// All a search for points needs: the candidates' rows for every tie, and every tie's imitation so
-/// far.
-struct Search {
-  std::vector<Imitation> fits;
-  std::vector<std::vector<Rows>> rows;  // by tie, by candidate
-
-  void add(std::size_t candidate, double sign) {
-    for (std::size_t t = 0; t < fits.size(); ++t) {
-      fits[t].add(rows[t][candidate], sign);
-      fits[t].solve();
-    }
-  }
-  [[nodiscard]] double smallest() const {
-    double e = INFINITY;
-    for (const Imitation& fit : fits) e = std::min(e, fit.leftover());
-    return e;
-  }
-  /// The candidate that leaves the weakest tie the most energy; the others break ties among
-  /// candidates.
-  [[nodiscard]] std::size_t best() const {
-    std::size_t place = 0;
-    double best_value = -1;
-    for (std::size_t c = 0; c < rows.front().size(); ++c) {
-      double least = INFINITY, sum = 0;
-      for (std::size_t t = 0; t < fits.size(); ++t) {
-        const double energy = fits[t].leftover() + fits[t].gain(rows[t][c]);
-        least = std::min(least, energy);
-        sum += std::min(energy, kDecided);
-      }
-      if (least + 1e-3 * sum > best_value) {
-        best_value = least + 1e-3 * sum;
-        place = c;
-      }
-    }
-    return place;
-  }
-  [[nodiscard]] std::size_t most_helped(std::size_t candidate) const {
-    std::size_t place = 0;
-    double most = -1;
-    for (std::size_t t = 0; t < fits.size(); ++t) {
-      const double gain = fits[t].gain(rows[t][candidate]);
-      if (gain > most) {
-        most = gain;
-        place = t;
-      }
-    }
-    return place;
+  [[nodiscard]] double progress(double more = 0) const {
+    return (fit.leftover() + more - before) / needed;
   }
 };
 
-Search make_search(const GeometryFit& base, const std::vector<Reading>& readings,
-                   const TrackerSigma& sigma, const std::vector<Tie>& ties,
-                   const std::vector<Proposal>& all) {
-  std::vector<Reading> epochs = readings;
-  epochs.emplace_back();
-  epochs.back().conditions.epoch = readings.back().conditions.epoch + 1;
-  const std::vector<FreeParameter> parameters = base_parameters(epochs);
-  Search search;
-  for (const Tie& tie : ties) {
-    const TieRows rows(base, parameters, sigma, tie);
-    search.fits.push_back(imitation_of(rows, readings));
-    search.rows.emplace_back();
-    for (const Proposal& c : all) search.rows.back().push_back(rows.at(c.conditions));
+/// In place of the columns an orthonormal basis of what they span over all rows, in place of the
+/// signal what that basis leaves of it: the same leftover energies, without their cancellation.
+void reduce(std::vector<Rows>& all) {
+  const Eigen::Index n = all.front().columns.cols();
+  const auto m = static_cast<Eigen::Index>(3 * all.size());
+  Eigen::MatrixXd A(std::max(m, n), n + 1);
+  A.setZero();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    A.block(static_cast<Eigen::Index>(3 * i), 0, 3, n) = all[i].columns;
+    A.block<3, 1>(static_cast<Eigen::Index>(3 * i), n) = all[i].signal;
   }
-  return search;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A.leftCols(n));
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& s = svd.singularValues();
+  const Eigen::Index rank = (s.array() > kIndependent * s[0]).count();
+  const Eigen::MatrixXd T = svd.matrixV().leftCols(rank) * s.head(rank).cwiseInverse().asDiagonal();
+  const Eigen::VectorXd b = (A.leftCols(n) * T).transpose() * A.col(n);
+  for (Rows& rows : all) {
+    rows.columns = (rows.columns * T).eval();
+    rows.signal -= rows.columns * b;
+  }
+}
+
+class Search {
+ public:
+  explicit Search(std::vector<Open> ties)
+      : ties_(std::move(ties)), taken_(ties_.front().rows.size()) {}
+
+  [[nodiscard]] const std::vector<Open>& ties() const { return ties_; }
+  [[nodiscard]] std::size_t candidates() const { return taken_.size(); }
+  [[nodiscard]] bool taken(std::size_t candidate) const { return taken_[candidate]; }
+
+  void put(std::size_t candidate, bool in) {
+    taken_[candidate] = in;
+    for (Open& open : ties_) {
+      open.fit.add(open.rows[candidate], in ? 1 : -1);
+      open.fit.solve();
+    }
+  }
+  /// How far the worst tie is decided, 1 and more: it is.
+  [[nodiscard]] double worst() const {
+    double least = INFINITY;
+    for (const Open& open : ties_) least = std::min(least, open.progress());
+    return least;
+  }
+  /// The free candidate after which the worst tie is decided furthest; the others break ties among
+  /// candidates.
+  [[nodiscard]] std::size_t best() const {
+    std::size_t place = 0;
+    double best_value = -INFINITY;
+    for (std::size_t c = 0; c < taken_.size(); ++c) {
+      if (taken_[c]) continue;
+      double least = INFINITY, sum = 0;
+      for (const Open& open : ties_) {
+        const double progress = open.progress(open.fit.gain(open.rows[c]));
+        least = std::min(least, progress);
+        sum += std::min(progress, 1.0);
+      }
+      const double value = std::min(least, 2.0) + 1e-2 * sum + 1e-4 * least;
+      if (value <= best_value) continue;
+      best_value = value;
+      place = c;
+    }
+    return place;
+  }
+  /// The tie that loses most without this point.
+  [[nodiscard]] const Tie& reason(std::size_t candidate) {
+    put(candidate, false);
+    const Open* most = &ties_.front();
+    double largest = -1;
+    for (const Open& open : ties_) {
+      const double share = open.fit.gain(open.rows[candidate]) / open.needed;
+      if (share <= largest) continue;
+      largest = share;
+      most = &open;
+    }
+    put(candidate, true);
+    return *most->tie;
+  }
+
+ private:
+  std::vector<Open> ties_;
+  std::vector<bool> taken_;
+};
+
+/// The first points of a new set-up only tell what the new set-up is: begin with points spread over
+/// all candidates, exchange each for the best, and add until every tie is decided.
+std::vector<std::size_t> choose(Search& search, std::size_t most) {
+  most = std::min(most, search.candidates());
+  std::vector<std::size_t> chosen;
+  for (std::size_t k = 0; chosen.size() < std::min(kFirst, most); ++k) {
+    std::size_t c = (k * 377 + 11) % search.candidates();  // 377: no common stride with the lattice
+    while (search.taken(c)) c = (c + 1) % search.candidates();
+    chosen.push_back(c);
+    search.put(c, true);
+  }
+  const auto exchange = [&] {
+    for (std::size_t& place : chosen) {
+      search.put(place, false);
+      place = search.best();
+      search.put(place, true);
+    }
+  };
+  exchange();
+  while (search.worst() < 1 && chosen.size() < most) {
+    for (std::size_t k = 0; k < kMore && chosen.size() < most; ++k) {
+      chosen.push_back(search.best());
+      search.put(chosen.back(), true);
+    }
+  }
+  exchange();
+  return chosen;
+}
+
+/// States worth offering: as the readings were left, and what the ties can be told apart by.
+std::vector<NextState> states(const Conditions& last, const std::vector<Tie>& ties) {
+  bool temperature = false, time = false;
+  for (const Tie& tie : ties) {
+    for (const int e : tie.effects) {
+      for (const Need need : effect_catalogue()[static_cast<std::size_t>(e)].needs) {
+        temperature = temperature || (need == Need::temperature && last.temp_degc);
+        time = time || (need == Need::time && last.time_s);
+      }
+    }
+  }
+  std::vector<NextState> all = {{}};
+  const auto warmer = [&] { return std::round(*last.temp_degc + kWarmerK); };
+  if (temperature) all.push_back({warmer(), {}});
+  if (time) all.push_back({{}, kWaitH});
+  if (temperature && time) all.push_back({warmer(), kWaitH});
+  return all;
+}
+
+Conditions conditions_in(const NextState& state, const Conditions& last, bool new_epoch) {
+  Conditions there = last;
+  if (new_epoch) ++there.epoch;
+  if (last.time_s) {
+    there.time_s = *last.time_s + kSetUpS + state.wait_h.value_or(0) * kSecondsPerHour;
+  }
+  if (state.temp_degc) there.temp_degc = state.temp_degc;
+  return there;
+}
+
+/// A way through the points that goes to the nearest next: a person can follow it, and it is short.
+void put_in_order(std::vector<NextPoint>& points) {
+  const auto key = [](const NextPoint& p) {
+    return std::tuple(p.target.phi_rad, p.target.x_mm, p.target.y_mm, p.approach);
+  };
+  std::sort(points.begin(), points.end(),
+            [&](const NextPoint& a, const NextPoint& b) { return key(a) < key(b); });
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    const Pose& at = points[k].target;
+    const auto nearer = [&at](const NextPoint& a, const NextPoint& b) {
+      const auto far = [&at](const NextPoint& p) {
+        constexpr double kLeverMm = 100;  // of a turn
+        return std::hypot(p.target.x_mm - at.x_mm, p.target.y_mm - at.y_mm,
+                          kLeverMm * (p.target.phi_rad - at.phi_rad));
+      };
+      return far(a) < far(b);
+    };
+    const auto rest = points.begin() + static_cast<std::ptrdiff_t>(k) + 1;
+    std::iter_swap(rest, std::min_element(rest, points.end(), nearer));
+  }
+}
+
+/// The plan in one state of machine and clock, with how far it decides the worst tie.
+struct Proposal {
+  NextPoints plan;
+  double worst = 0;
+};
+
+struct Known {
+  const GeometryFit& base;
+  const Design& design;
+  const std::vector<Seen>& readings;
+  const std::vector<Tie>& ties;
+  const Conditions& last;
+  const NextOptions& options;
+};
+
+Open open_tie(const Known& k, const Tie& tie, const std::vector<Seen>& candidates) {
+  std::vector<Rows> rows;
+  for (const Seen& s : k.readings) rows.push_back(rows_of(k.design, tie, s));
+  for (const Seen& s : candidates) rows.push_back(rows_of(k.design, tie, s));
+  reduce(rows);
+  Open open;
+  open.tie = &tie;
+  const auto old = rows.begin() + static_cast<std::ptrdiff_t>(k.readings.size());
+  const Eigen::Index n = rows.front().columns.cols();
+  open.fit.N = kWeakPrior * Eigen::MatrixXd::Identity(n, n);
+  open.fit.moment = Eigen::VectorXd::Zero(n);
+  for (auto r = rows.begin(); r != old; ++r) open.fit.add(*r);
+  open.fit.solve();
+  open.before = open.fit.leftover();
+  open.needed = energy_needed(tie.lead);
+  for (const Rows& r : rows) open.most += r.signal.squaredNorm();
+  open.rows.assign(old, rows.end());
+  return open;
+}
+
+Proposal propose(const Known& k, const NextState& state) {
+  const bool by_direction =
+      std::any_of(k.ties.begin(), k.ties.end(), [](const Tie& t) { return t.by_direction; });
+  const std::vector<Proposal> all = candidates(
+      k.base.model.mechanism, conditions_in(state, k.last, k.options.new_epoch), by_direction);
+  std::vector<Seen> seen;
+  for (const Proposal& c : all) seen.push_back(k.design.seen(c.conditions));
+  Proposal proposal;
+  NextPoints& plan = proposal.plan;
+  plan.state = state;
+  std::vector<Open> hopeful;
+  plan.energy_before = plan.energy_after = INFINITY;
+  for (const Tie& tie : k.ties) {
+    Open open = open_tie(k, tie, seen);
+    plan.energy_before = std::min(plan.energy_before, open.before);
+    if (!all.empty() && open.most - open.before >= kHopeless) {
+      if (hopeful.size() < kMostTies) hopeful.push_back(std::move(open));
+    } else {
+      plan.undecided.push_back({tie.why, tie.instead});
+      plan.energy_after = std::min(plan.energy_after, open.before);
+    }
+  }
+  if (hopeful.empty()) return proposal;
+  Search search(std::move(hopeful));
+  for (const std::size_t c : choose(search, static_cast<std::size_t>(k.options.most))) {
+    plan.points.push_back({all[c].target, all[c].approach, search.reason(c).why});
+  }
+  for (const Open& open : search.ties()) {
+    plan.energy_after = std::min(plan.energy_after, open.fit.leftover());
+    if (open.fit.leftover() - open.before < kHopeless) {
+      plan.undecided.push_back({open.tie->why, open.tie->instead});
+    }
+  }
+  proposal.worst = search.worst();
+  put_in_order(plan.points);
+  return proposal;
+}
+
+/// Fewer ties left undecided, then the worst decided further, counts as better.
+bool better(const Proposal& a, const Proposal& b) {
+  if (a.plan.undecided.size() != b.plan.undecided.size()) {
+    return a.plan.undecided.size() < b.plan.undecided.size();
+  }
+  return std::min(a.worst, 1.0) > std::min(b.worst, 1.0) + 0.1;  // a change of state is a burden
 }
 
 }  // namespace
 
-NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>& readings,
-                            const TrackerSigma& sigma, const std::vector<Tie>& ties, int most) {
-  constexpr int kPasses = 2;
-  NextPoints plan;
-  if (ties.empty() || readings.empty()) return plan;
-  const std::vector<Proposal> all = candidates(base.model.mechanism, readings);
-  if (all.empty()) return plan;
-  Search search = make_search(base, readings, sigma, ties, all);
-  plan.energy_before = search.smallest();
+Tie::Term effect_term(int effect, int parameter, double value) {
+  const Effect& e = effect_catalogue()[static_cast<std::size_t>(effect)];
+  return {[&e, parameter](const Reading&, const Moment& m) {
+            return recorded(e, m) ? e.basis(m, parameter) : Deviation{};
+          },
+          value};
+}
 
-  // The first points of a new set-up only tell what the new set-up is: begin with points spread
-  // over all candidates, then exchange each for the best.
-  const auto wanted = static_cast<std::size_t>(most);
-  std::vector<std::size_t> chosen;
-  for (std::size_t k = 0; k < wanted; ++k) {
-    chosen.push_back((k * 377 + 11) % all.size());  // 377: no common stride with the grid
-    search.add(chosen.back(), 1);
+double energy_needed(double lead) {
+  constexpr double z = 3;
+  const double root = z + std::sqrt(z * z + std::max(0.0, kEvidence20To1 - lead));
+  return root * root;
+}
+
+NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>& readings,
+                            const TrackerSigma& sigma, const std::vector<Tie>& ties,
+                            const NextOptions& options) {
+  if (ties.empty() || readings.empty()) return {};
+  std::vector<Reading> epochs = readings;
+  if (options.new_epoch) {
+    epochs.emplace_back();
+    epochs.back().conditions.epoch = readings.back().conditions.epoch + 1;
   }
-  for (int pass = 0; pass < kPasses; ++pass) {
-    for (std::size_t& place : chosen) {
-      search.add(place, -1);
-      place = search.best();
-      search.add(place, 1);
-    }
+  const Design design(base, sigma, base_parameters(epochs));
+  std::vector<Seen> seen;
+  for (const Reading& r : readings) seen.push_back(design.seen(r.conditions));
+  const Known known{base, design, seen, ties, readings.back().conditions, options};
+  std::optional<Proposal> best;
+  for (const NextState& state : states(known.last, ties)) {
+    if (best && best->plan.undecided.empty() && best->worst >= 1) break;
+    Proposal proposal = propose(known, state);
+    if (!best || better(proposal, *best)) best = std::move(proposal);
   }
-  plan.energy_after = search.smallest();
-  for (const std::size_t c : chosen) {
-    plan.points.push_back({all[c].target, all[c].approach, ties[search.most_helped(c)].why});
-  }
-  for (std::size_t t = 0; t < ties.size(); ++t) {
-    if (search.fits[t].leftover() < kHopeless) plan.undecided.push_back(ties[t].why);
-  }
-  if (plan.undecided.size() == ties.size())
-    plan.points.clear();  // more of the same decides nothing
-  return plan;
+  if (best->plan.undecided.size() == ties.size()) best->plan.points.clear();
+  return best->plan;
 }
 
 }  // namespace trammel

@@ -2,24 +2,32 @@
 // What to measure next: the points that tell tied explanations apart.
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/calibrate/geometry_fit.hpp"
+#include "core/diagnose/dictionary.hpp"
 
 namespace trammel {
 
-/// A signal that these readings can't tell from what `columns` can imitate.
+/// A signal that these readings can hardly tell from what `columns` can imitate.
 struct Tie {
   struct Term {
-    int effect = 0;  // place in the catalogue
-    int parameter = 0;
-    double value = 0;  // of the signal; columns ignore it
+    DeviationOf deviation;
+    double value = 1;  // of the signal: as fitted; of a column, which is free: its usual size
   };
-  std::vector<Term> signal;   // of the named set, as fitted
-  std::vector<Term> columns;  // of the rival: free to take any value
+  std::vector<Term> signal;   // of the named set
+  std::vector<Term> columns;  // of the rival
+  std::vector<int> effects;   // places in the catalogue, of both sides
+  bool by_direction = false;  // of approach: either side follows it
   std::string why;            // "tells backlash from lead_curvature"
+  std::string instead;        // another measurement that would decide
+  double lead = 0;            // of the named set in score, on the readings there are
 };
+
+/// One parameter of an effect; it adds nothing where its condition is not recorded.
+Tie::Term effect_term(int effect, int parameter, double value);
 
 struct NextPoint {
   Pose target;
@@ -27,24 +35,49 @@ struct NextPoint {
   std::string why;
 };
 
+/// Under what the points are to be measured, where it matters.
+struct NextState {
+  std::optional<double> temp_degc;  // of the machine
+  std::optional<double> wait_h;     // after the last reading
+};
+
+/// A tie that no point decides, and what would.
+struct Undecided {
+  std::string what;     // "tells tracker_scale from lead_scale"
+  std::string instead;  // "a reference length (scale bar) measured by the tracker"
+};
+
 struct NextPoints {
-  std::vector<NextPoint> points;
-  std::vector<std::string> undecided;  // ties that no reachable point decides
-  double energy_before =
-      0;  // smallest leftover energy among the ties, chi^2 at the readings' noise
+  std::vector<NextPoint> points;  // no two alike
+  NextState state;
+  std::vector<Undecided> undecided;
+  double energy_before = 0;  // smallest leftover energy among the ties, chi^2 of the noise
   double energy_after = 0;
 };
 
-/// Points (pose, orientation, direction of approach), measured after the readings and in a new
-/// epoch, that maximise the smallest leftover energy among the ties (T-optimality, Atkinson &
-/// Fedorov 1975).
+struct NextOptions {
+  int most = 40;          // points
+  bool new_epoch = true;  // the points get joint zeros and a frame of their own
+};
+
+/// Points (pose, orientation, direction of approach, temperature, waiting time), measured after the
+/// readings, that decide as many of the ties as `most` points can (T-optimality, Atkinson & Fedorov
+/// 1975: greedy, then exchange).
 ///
 /// Leftover energy of a tie: |v - C b|^2 minimised over b; v the whitened signal, C the base (with
 /// the new epoch's joint zeros and frame) and the rival's columns, over old and new points. One
 /// more point with rows (C_c, v_c) adds d' (I + C_c N^-1 C_c')^-1 d, d = v_c - C_c b, N = C' C.
-/// Greedy, until every tie has kDecided or `most` points are planned.
+/// A tie is decided when it gains energy_needed(lead). The worst decided tie counts first; points
+/// are added until all are decided. Ties that all candidates together leave below kHopeless are
+/// `undecided`; so are those that the chosen points leave there.
 NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>& readings,
-                            const TrackerSigma& sigma, const std::vector<Tie>& ties, int most = 20);
-inline constexpr double kDecided = 40;  // a rival then loses by 20:1 in 99 % of repetitions
+                            const TrackerSigma& sigma, const std::vector<Tie>& ties,
+                            const NextOptions& options = {});
+
+/// Energy that new points must add so that a rival which trails by `lead` in score trails by 20:1
+/// (kEvidence20To1) in 99.9 % of repetitions: the score gains E +- 2 sqrt(E), so with z = 3
+///   E = (z + sqrt(z^2 + kEvidence20To1 - lead))^2
+double energy_needed(double lead);
+inline constexpr double kHopeless = 6;  // 20:1 in every second repetition
 
 }  // namespace trammel

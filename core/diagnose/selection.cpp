@@ -13,11 +13,18 @@ constexpr double kVisibleSigmas =
     2.0;  // an effect at its usual maximum must move the readings by more
 constexpr double kCollinear = 1e-9;  // share of a column that must survive the others of its set
 
+/// "1" of "a_1"; parameters of one effect with the same are one: a sine and its cosine.
+std::string suffix(const EffectParameter& p) {
+  const auto at = p.name.find('_');
+  return at == std::string::npos ? std::string() : p.name.substr(at);
+}
+
 std::vector<std::vector<int>> units_of(const Effect& effect) {
   std::vector<std::vector<int>> units;
-  const bool pairs = effect.name == "screw_periodic";
   for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
-    if (pairs && k % 2 == 1) {
+    const auto& all = effect.parameters;
+    const auto at = static_cast<std::size_t>(k);
+    if (k > 0 && !suffix(all[at]).empty() && suffix(all[at]) == suffix(all[at - 1])) {
       units.back().push_back(k);
     } else {
       units.push_back({k});
