@@ -1,5 +1,9 @@
 #include "app/job/diagnosis_json.hpp"
 
+#include <algorithm>
+#include <map>
+#include <set>
+
 #include "core/units.hpp"
 
 namespace trammel::job {
@@ -7,6 +11,41 @@ namespace trammel::job {
 namespace {
 
 constexpr std::size_t kFindings = 8;  // of some three hundred: those that say most
+
+/// How many readings of each set there are, and what they vary.
+Json readings_json(const Campaign& campaign, const Diagnosis& d) {
+  std::map<ReadingSet, int> n;
+  std::set<int> epochs;
+  for (const Reading& r : campaign.readings) {
+    ++n[r.set];
+    if (r.set == ReadingSet::identify) epochs.insert(r.conditions.epoch);
+  }
+  std::size_t bad = 0;
+  for (const NamedEffect& e : d.effects) bad += e.seqs.size();
+  return {{"identify", n[ReadingSet::identify]},
+          {"validate", n[ReadingSet::validate]},
+          {"predict", n[ReadingSet::predict]},
+          {"epochs", epochs.size()},
+          {"left_out", bad}};
+}
+
+/// Effects whose own signal stands out of what the geometry leaves, by rising p.
+Json suspects_json(const StructureTest& test) {
+  constexpr double kStandsOut = 0.01;  // corrected for the number of tests
+  const std::string effect = "effect ";
+  std::map<std::string, double> smallest;
+  for (const Finding& f : test.findings) {
+    if (!f.where.starts_with(effect) || f.p * test.tests > kStandsOut) continue;
+    const auto [at, added] = smallest.emplace(f.where.substr(effect.size()), f.p);
+    at->second = std::min(at->second, f.p);
+  }
+  std::vector<std::pair<double, std::string>> order;
+  for (const auto& [name, p] : smallest) order.emplace_back(p, name);
+  std::sort(order.begin(), order.end());
+  Json all = Json::array();
+  for (const auto& [p, name] : order) all.push_back({{"effect", name}, {"p", p}});
+  return all;
+}
 
 Json noise_json(const NoiseFloor& noise) {
   Json json = {{"sigma_xy_mm", noise.used.xy_mm},
@@ -105,6 +144,32 @@ Json next_json(const NextPoints& next) {
   return all;
 }
 
+Json state_json(const NextState& state) {
+  Json json = Json::object();
+  if (state.temp_degc) json["temp_degc"] = *state.temp_degc;
+  if (state.wait_h) json["wait_h"] = *state.wait_h;
+  return json;
+}
+
+Json undecided_json(const NextPoints& next) {
+  Json all = Json::array();
+  for (const Undecided& u : next.undecided) {
+    all.push_back({{"what", u.what}, {"instead", u.instead}});
+  }
+  return all;
+}
+
+Json considered_json(const std::vector<Considered>& considered) {
+  Json all = Json::array();
+  for (const Considered& c : considered) {
+    all.push_back({{"names", c.names},
+                   {"parameters", c.parameters},
+                   {"behind_chi2", c.behind},
+                   {"usual", c.usual}});
+  }
+  return all;
+}
+
 Json predictions_json(const std::vector<PredictedRow>& rows) {
   Json all = Json::array();
   for (const PredictedRow& p : rows) {
@@ -121,14 +186,16 @@ Json predictions_json(const std::vector<PredictedRow>& rows) {
 
 }  // namespace
 
-Json diagnosis_json(const Diagnosis& d, const std::string& campaign) {
-  Json json = {{"campaign", campaign},
+Json diagnosis_json(const Diagnosis& d, const Campaign& campaign) {
+  Json json = {{"campaign", campaign.name},
                {"verdict", to_string(d.verdict)},
                {"noise_floor_mm", d.noise.used.xy_mm},
                {"noise_source", to_string(d.noise.source)},
                {"noise", noise_json(d.noise)},
+               {"readings", readings_json(campaign, d)},
                {"audit", audit_json(d.audit)},
                {"before", test_json(d.before)},
+               {"suspects", suspects_json(d.before)},
                {"effects", effects_json(d.effects)},
                {"rivals", Json::array()}};
   for (const Rival& r : d.rivals) {
@@ -136,12 +203,14 @@ Json diagnosis_json(const Diagnosis& d, const std::string& campaign) {
     json["rival_odds"].push_back(
         {{"names", r.names}, {"odds", r.evidence}, {"structural", r.structural}});
   }
+  json["considered"] = considered_json(d.considered);
   if (d.after.tests > 0) json["after"] = test_json(d.after);
   if (!d.tried.empty()) json["tried"] = effects_json(d.tried);
   json["structure"] = structure_json(d.structure);
   json["gap"] = gap_json(d.gap);
   json["next_points"] = next_json(d.next);
-  json["undecided"] = d.next.undecided;
+  json["next_state"] = state_json(d.next.state);
+  json["undecided"] = undecided_json(d.next);
   json["predictions"] = predictions_json(d.predictions);
   json["notes"] = d.notes;
   return json;

@@ -8,6 +8,6 @@ namespace trammel::job {
 
 /// The fields of trammel/diagnose/1 (schemas/diagnose.schema.json). rms and noise_floor_mm are per
 /// coordinate, over x and y.
-Json diagnosis_json(const Diagnosis& diagnosis, const std::string& campaign);
+Json diagnosis_json(const Diagnosis& diagnosis, const Campaign& campaign);
 
 }  // namespace trammel::job

@@ -2,11 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "app/report/lines.hpp"
 
 namespace trammel::job {
 
 namespace {
+
+constexpr const char* kIndent = "             ";  // below the words of a line
+constexpr double kStructure = 0.01;  // a corrected p above this is no structure worth a place
+constexpr std::size_t kPlaces = 3;
 
 std::string p_text(double p) { return p < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p); }
 
@@ -16,86 +23,148 @@ std::string joined(const Json& names, const char* separator) {
   return text;
 }
 
+std::string with_unit(double value, const Json& unit) {
+  return fmt::format("{:.2g}{}", value, unit == "1" ? "" : " " + unit.get<std::string>());
+}
+
+/// A sentence under its word: "  expected   one reading is …", broken to fit a terminal.
+std::string line(const char* word, const std::string& sentence) {
+  if (sentence.empty()) return "";
+  const std::string text = report::wrapped(kIndent + sentence, kIndent, true);
+  return fmt::format("  {:<10} ", word) + text.substr(std::string_view(kIndent).size());
+}
+
+std::string names_of(const Json& effects) {
+  Json names = Json::array();
+  for (const Json& e : effects) names.push_back(e["name"]);
+  return joined(names, " + ");
+}
+
 std::string verdict_text(const Json& d) {
-  const std::string verdict = d["verdict"];
-  std::vector<std::string> names;
-  for (const Json& e : d["effects"]) names.push_back(e["name"]);
-  const std::string named = joined(Json(names), " + ");
+  const std::string verdict = d["verdict"], named = names_of(d["effects"]);
   if (verdict == "nothing_missing") {
-    return "nothing is missing that these readings could show (see below what they could not)";
+    return "nothing is missing that these readings could show (see 'design': what they could not)";
   }
-  if (verdict == "explained") return "the gap is explained by " + named;
-  if (verdict == "ambiguous")
-    return named + " explains the gap, and so does another set: not decided";
-  return "there is structure that no effect of the catalogue explains";
+  if (named == "outlier_readings") return "single wrong readings are all that is wrong";
+  if (verdict == "explained") return "what the model is missing is " + named;
+  if (verdict == "ambiguous") {
+    return named + " explains the gap, and so does another set: these readings don't decide";
+  }
+  return "there is structure that no effect of the catalogue explains; nothing is added to the "
+         "model";
 }
 
 std::string noise_text(const Json& d) {
+  const std::string source = d["noise_source"];
   const Json& n = d["noise"];
   std::string text =
-      fmt::format("  expected   one reading is known to {:.4f} mm and {:.4f} deg (1 sigma, {})",
+      fmt::format("a perfect model leaves {:.4f} mm and {:.4f} deg of a reading (1 sigma, from {})",
                   n["sigma_xy_mm"].get<double>(), n["sigma_phi_deg"].get<double>(),
-                  d["noise_source"].get<std::string>());
+                  source == "tracker"   ? "the tracker's statement"
+                  : source == "repeats" ? "repeated readings"
+                                        : "what the best model leaves");
   if (n["rescaled"].get<bool>()) {
+    const bool stated = n.contains("stated_xy_mm");
     text += fmt::format(
-        "\n             stated were {:.4f} mm and {:.4f} deg: white residuals of another size are "
-        "noise, "
-        "not structure",
-        n["stated_xy_mm"].get<double>(), n["stated_phi_deg"].get<double>());
+        "; {} {:.4f} mm and {:.4f} deg, but white residuals of another size are noise, not "
+        "structure",
+        stated ? "stated were" : "the repeats alone say",
+        (stated ? n["stated_xy_mm"] : n["repeats"]["sigma_xy_mm"]).get<double>(),
+        (stated ? n["stated_phi_deg"] : n["repeats"]["sigma_phi_deg"]).get<double>());
   }
   if (n["correlation"].get<double>() != 0) {
-    text += fmt::format(
-        "\n             successive readings are correlated by {:.2f}: taken out before testing",
-        n["correlation"].get<double>());
-  }
-  return text + "\n";
-}
-
-std::string test_text(const char* what, const Json& test) {
-  const Json& findings = test["findings"];
-  std::string text =
-      fmt::format("  {:<10} {} tests on the residuals, smallest p corrected for all of them: {}\n",
-                  what, test["tests"].get<int>(), p_text(test["family_p"].get<double>()));
-  if (test["family_p"].get<double>() > 0.007) return text;
-  for (std::size_t i = 0; i < findings.size() && i < 3; ++i) {
-    text +=
-        fmt::format("             {}; {}: {}\n", findings[i]["where"].get<std::string>(),
-                    findings[i]["when"].get<std::string>(), p_text(findings[i]["p"].get<double>()));
+    text += fmt::format("; successive readings are correlated by {:.2f}, taken out before testing",
+                        n["correlation"].get<double>());
   }
   return text;
 }
 
-std::string effect_text(const char* what, const Json& e) {
+std::string expected_text(const Json& d) {
+  std::string text = line("expected", noise_text(d));
+  const Json& r = d["readings"];
+  const int epochs = r["epochs"], unseen = r["validate"];
+  const std::string further =
+      epochs > 1 ? fmt::format(", with joint zeros and frame of {} further epoch{},", epochs - 1,
+                               epochs > 2 ? "s" : "")
+                 : "";
+  text += line("", fmt::format("the complete geometry{} is fitted to {} readings; {}", further,
+                               r["identify"].get<int>() - r["left_out"].get<int>(),
+                               unseen > 0 ? fmt::format("{} others only judge", unseen)
+                                          : "none are left to judge"));
+  return text;
+}
+
+/// What the residuals of a model show: the corrected p, and where.
+std::string test_text(const char* word, const std::string& of, const Json& test) {
+  const double p = test["family_p"];
+  std::string text =
+      line(word, fmt::format("{}: {} (of {} tests the smallest, corrected for them all)", of,
+                             p_text(p), test["tests"].get<int>()));
+  if (p > kStructure) return text;
+  std::size_t shown = 0;
+  for (const Json& f : test["findings"]) {
+    const std::string where = f["where"];
+    if (where.starts_with("effect ") || shown == kPlaces) continue;
+    ++shown;
+    text += line("", fmt::format("where: {}{}, {}", where,
+                                 f["when"] == "all" ? "" : ", " + f["when"].get<std::string>(),
+                                 p_text(f["p"])));
+  }
+  return text;
+}
+
+std::string suspects_text(const Json& d) {
+  std::string text;
+  for (const Json& s : d["suspects"]) {
+    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", s["effect"].get<std::string>(),
+                        p_text(s["p"]));
+  }
+  return line("could be", text);
+}
+
+std::string tried_text(const Json& d) {
+  std::string text;
+  for (const Json& c : d["considered"]) {
+    text +=
+        line(text.empty() ? "lost" : "",
+             fmt::format("{}: worse by {:.1f} (chi^2, names and parameters paid for){}",
+                         joined(c["names"], " + "), c["behind_chi2"].get<double>(),
+                         c["usual"].get<bool>() ? "" : "; needs values outside the usual range"));
+  }
+  return text;
+}
+
+std::string effect_text(const char* word, const Json& e) {
   if (e.contains("seq")) {
     std::string seqs;
     for (const Json& s : e["seq"]) seqs += (seqs.empty() ? "" : ", ") + s.dump();
-    return fmt::format(
-        "  {:<10} outlier_readings: seq {} (left out of all fits; nothing is deleted)\n", what,
-        seqs);
+    return line(word,
+                "outlier_readings: seq " + seqs + " (left out of all fits; nothing is deleted)");
   }
-  std::string text =
-      fmt::format("  {:<10} {}: {}\n             {:.1f} % of what was explained, {}\n", what,
-                  e["name"].get<std::string>(), e["sentence"].get<std::string>(),
-                  100 * e["share_of_gap"].get<double>(), p_text(e["p"].get<double>()));
+  std::string text = line(
+      word, fmt::format("{}: {}", e["name"].get<std::string>(), e["sentence"].get<std::string>()));
+  text += line("", fmt::format("{:.1f} % of what was explained, {}",
+                               100 * e["share_of_gap"].get<double>(), p_text(e["p"])));
   for (const Json& p : e["parameters"]) {
-    text +=
-        fmt::format("             {:<5} = {:>12.5g} +- {:.2g} {} (1 sigma){}\n",
-                    p["name"].get<std::string>(), p["value"].get<double>(), p["std"].get<double>(),
-                    p["unit"] == "1" ? "" : p["unit"].get<std::string>(),
-                    p.contains("unusual") ? "  unusual: outside its usual range" : "");
+    text += fmt::format("{}{:<5} = {:>12.5g} +- {} (1 sigma){}\n", kIndent,
+                        p["name"].get<std::string>(), p["value"].get<double>(),
+                        with_unit(p["std"], p["unit"]),
+                        p.contains("unusual") ? "  unusual: outside its usual range" : "");
   }
   return text;
 }
 
 std::string rivals_text(const Json& d) {
   std::string text;
-  if (!d.contains("rival_odds")) return text;
+  if (!d.contains("rival_odds")) {
+    return d["considered"].empty() ? "" : line("rivals", "none within 20 : 1");
+  }
   for (const Json& r : d["rival_odds"]) {
     const std::string why =
         r["structural"].get<bool>()
             ? "the same data on these points, whatever was measured"
             : fmt::format("{:.2g} : 1 for the named set", r["odds"].get<double>());
-    text += fmt::format("  rival      {}: {}\n", joined(r["names"], " + "), why);
+    text += line(text.empty() ? "rivals" : "", joined(r["names"], " + ") + ": " + why);
   }
   return text;
 }
@@ -105,10 +174,12 @@ std::string rms(const Json& value) {
 }
 
 std::string gap_text(const Json& d) {
-  std::string text =
-      "  gap        rms of measured - simulated per coordinate, mm\n"
-      "             model                     fitted (in-sample)  unseen (held-out)   share of the "
-      "gap closed\n";
+  const bool unseen = d["readings"]["validate"] > 0;
+  std::string text = line("gap", "rms of measured - simulated per coordinate (x and y), mm");
+  text += fmt::format(
+      "{}model                     fitted (in-sample)  unseen (held-out)   share of the gap closed "
+      "({})\n",
+      kIndent, unseen ? "held-out" : "in-sample");
   for (const Json& g : d["gap"]) {
     std::string closed;
     if (g.contains("closed_share")) {
@@ -119,28 +190,39 @@ std::string gap_text(const Json& d) {
                         100 * g["closed_interval_95"][1].get<double>());
       }
     }
-    text += fmt::format("             {:<25} {:>18} {:>18}   {}\n", g["model"].get<std::string>(),
+    text += fmt::format("{}{:<25} {:>18} {:>18}   {}\n", kIndent, g["model"].get<std::string>(),
                         rms(g["identify_rms_mm"]), rms(g["validate_rms_mm"]), closed);
   }
-  return text + fmt::format("             {:<25} {:>18} {:>18}\n", "noise floor",
+  return text + fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent, "noise floor",
                             rms(d["noise_floor_mm"]), rms(d["noise_floor_mm"]));
+}
+
+/// Of the effect's parameters with this unit the largest usual size.
+double usual_of(const Json& row) {
+  double most = 0;
+  for (const EffectParameter& p : find_effect(row["effect"]).parameters) {
+    if (row["unit"] == p.unit) most = std::max(most, p.usual_max);
+  }
+  return most;
 }
 
 std::string audit_text(const Json& d) {
   std::string text =
-      "  design     what these readings can show of each effect, once the geometry is refitted\n"
-      "             effect            survives   smallest visible (80 %)   hard to tell from\n";
+      line("design", "what these readings can show of each effect, once the geometry is refitted");
+  text += fmt::format(
+      "{}effect            survives   smallest visible (80 %)   hard to tell from\n", kIndent);
   for (const Json& a : d["audit"]) {
+    const Json& smallest = a["smallest_visible"];
     std::string visible = "invisible";
-    if (!a["smallest_visible"].is_null() && a["surviving_share"].get<double>() > 1e-4) {
-      visible = fmt::format("{:.2g} {}", a["smallest_visible"].get<double>(),
-                            a["unit"] == "1" ? "" : a["unit"].get<std::string>());
+    if (!smallest.is_null()) {
+      visible = with_unit(smallest, a["unit"]);
+      if (smallest.get<double>() > usual_of(a)) visible += ", unusual";
     }
     std::string last = joined(a["aliases"], ", ");
     if (a.contains("needs")) last = "needs " + a["needs"].get<std::string>();
-    text += fmt::format("             {:<17} {:>7.2f} %   {:<23}   {}\n",
-                        a["effect"].get<std::string>(), 100 * a["surviving_share"].get<double>(),
-                        visible, last);
+    text +=
+        fmt::format("{}{:<17} {:>7.2f} %   {:<23}   {}\n", kIndent, a["effect"].get<std::string>(),
+                    100 * a["surviving_share"].get<double>(), visible, last);
   }
   return text;
 }
@@ -151,24 +233,60 @@ std::string approach_text(const Json& approach) {
   return text;
 }
 
+std::string state_text(const Json& state) {
+  std::string text;
+  if (state.contains("temp_degc")) {
+    text += fmt::format(", with the machine at {:.0f} degC", state["temp_degc"].get<double>());
+  }
+  if (state.contains("wait_h")) {
+    text += fmt::format(", {:.0f} h after the last reading", state["wait_h"].get<double>());
+  }
+  return text;
+}
+
 std::string next_text(const Json& d) {
   std::string text;
   for (const Json& u : d["undecided"]) {
-    const std::string what = u;
-    text += "  undecided  no point within reach " + what;
-    if (what.find("tracker_scale") != std::string::npos)
-      text += ": measure a reference length (scale bar)";
-    text += "\n";
+    text += line(text.empty() ? "undecided" : "",
+                 fmt::format("no point within reach {}; measure {}", u["what"].get<std::string>(),
+                             u["instead"].get<std::string>()));
   }
-  if (d["next_points"].empty()) return text;
-  text += fmt::format("  next       {} points would decide (also as a plan: --plan FILE)\n",
-                      d["next_points"].size());
-  text += "                  x mm     y mm  phi deg  approach  why\n";
-  for (const Json& p : d["next_points"]) {
-    text +=
-        fmt::format("             {:>9.1f} {:>8.1f} {:>8.1f}  {:>8}  {}\n", p["x_mm"].get<double>(),
-                    p["y_mm"].get<double>(), p["phi_deg"].get<double>(),
-                    approach_text(p["approach"]), p["why"].get<std::string>());
+  const Json& points = d["next_points"];
+  if (points.empty()) return text;
+  text += line("next", fmt::format("measure {} points{} (also as a plan: --plan FILE)",
+                                   points.size(), state_text(d["next_state"])));
+  text += fmt::format("{}     x mm     y mm  phi deg  approach\n", kIndent);
+  std::string why;
+  for (const Json& p : points) {
+    text += fmt::format("{}{:>9.1f} {:>8.1f} {:>8.1f}  {:>8}  {}\n", kIndent,
+                        p["x_mm"].get<double>(), p["y_mm"].get<double>(),
+                        p["phi_deg"].get<double>(), approach_text(p["approach"]),
+                        p["why"] == why ? "" : p["why"].get<std::string>());
+    why = p["why"];
+  }
+  return text;
+}
+
+std::string argument_text(const Json& d) {
+  std::string text = expected_text(d);
+  text += test_text("seen", "what the geometry leaves", d["before"]);
+  text += suspects_text(d);
+  for (const Json& e : d["effects"]) text += effect_text("named", e);
+  if (d.contains("tried")) {
+    for (const Json& e : d["tried"]) text += effect_text("tried", e);
+  }
+  if (d.contains("after")) {
+    text += test_text("left",
+                      d.contains("tried") ? "what even these effects leave"
+                                          : "what geometry and named effects leave",
+                      d["after"]);
+  }
+  text += rivals_text(d) + tried_text(d);
+  for (std::size_t i = 0; i < d["structure"].size() && i < kPlaces; ++i) {
+    const Json& s = d["structure"][i];
+    text += line(i == 0 ? "lives" : "",
+                 s["where"].get<std::string>() +
+                     (s["when"] == "all" ? "" : "; " + s["when"].get<std::string>()));
   }
   return text;
 }
@@ -176,22 +294,13 @@ std::string next_text(const Json& d) {
 }  // namespace
 
 std::string diagnosis_text(const Json& d) {
-  std::string text = fmt::format("{}: {}\n\n", d["verdict"].get<std::string>(), verdict_text(d));
-  text += noise_text(d);
-  text += test_text("seen", d["before"]);
-  for (const Json& e : d["effects"]) text += effect_text("named", e);
-  text += rivals_text(d);
-  if (d.contains("after")) text += test_text("left", d["after"]);
-  if (d.contains("tried")) {
-    for (const Json& e : d["tried"]) text += effect_text("tried", e);
-  }
-  for (std::size_t i = 0; i < d["structure"].size() && i < 3; ++i) {
-    const Json& s = d["structure"][i];
-    text += fmt::format("  lives      {}; {}\n", s["where"].get<std::string>(),
-                        s["when"].get<std::string>());
-  }
-  text += "\n" + gap_text(d) + "\n" + audit_text(d) + "\n" + next_text(d);
-  for (const Json& note : d["notes"]) text += "  note       " + note.get<std::string>() + "\n";
+  std::string text =
+      report::wrapped(fmt::format("{}: {}", d["verdict"].get<std::string>(), verdict_text(d)));
+  text += "\n" + argument_text(d) + "\n" + gap_text(d) + "\n" + audit_text(d);
+  const std::string next = next_text(d);
+  if (!next.empty()) text += "\n" + next;
+  if (!d["notes"].empty()) text += "\n";
+  for (const Json& note : d["notes"]) text += line("note", note);
   return text;
 }
 

@@ -8,24 +8,46 @@ namespace trammel::job {
 
 namespace {
 
-/// Geometry that is identified by itself: change from nominal with its standard deviation.
-Json geometry_json(const Diagnosis& d) {
-  Json all = Json::array();
-  for (std::size_t k = 0; k < d.fit.parameters.size(); ++k) {
-    const FreeParameter& p = d.fit.parameters[k];
-    if (p.kind == FreeParameter::Kind::effect) continue;
-    const auto row = static_cast<Eigen::Index>(k);
-    // a parameter by itself is identified when hardly any of it lies in the null space
-    const double kept = d.fit.identified.directions.row(row).squaredNorm();
-    Json json = {{"name", p.name}, {"unit", p.unit}, {"identified", kept > 1 - 1e-6}};
-    if (kept > 1 - 1e-6) {
-      const double unit = p.scale * (p.unit == "deg" ? deg_from_rad(1) : 1);
-      json["change"] = unit * d.fit.z[row];
-      json["std"] = unit * std::sqrt(d.fit.covariance(row, row));
-    }
-    all.push_back(std::move(json));
+/// Value of a fitted parameter less its nominal one, in the model's own units (rad, mm, …).
+double change_of(const FreeParameter& p, const RobotModel& robot) {
+  switch (p.kind) {
+    case FreeParameter::Kind::geometry:
+      return to_vector(robot.geometry)[p.index] - to_vector(robot.mechanism.geometry)[p.index];
+    case FreeParameter::Kind::epoch_zero:
+      return robot.epochs.at(p.owner).l_zero_mm[p.index];
+    case FreeParameter::Kind::epoch_frame:
+      return robot.epochs.at(p.owner).frame.vector()[p.index];
+    case FreeParameter::Kind::effect:
+      return robot.effects[static_cast<std::size_t>(p.owner)].values[p.index];
   }
-  return all;
+  return 0;
+}
+
+Json number_json(const std::optional<double>& value, double factor) {
+  return value ? Json(factor * *value) : Json(nullptr);
+}
+
+/// What this step fitted: its own values, each with the standard deviation it has in this model.
+void add_fitted(Json& json, const GapStep& step) {
+  for (std::size_t k = 0; k < step.parameters.size(); ++k) {
+    const FreeParameter& p = step.parameters[k];
+    const double change = change_of(p, step.robot);
+    if (p.kind == FreeParameter::Kind::effect) {
+      const Effect& effect = *step.robot.effects[static_cast<std::size_t>(p.owner)].effect;
+      json["effects"].push_back(
+          {{"effect", effect.name},
+           {"name", effect.parameters[static_cast<std::size_t>(p.index)].name},
+           {"value", change},
+           {"std", number_json(step.std[k], 1)},
+           {"unit", p.unit}});
+      continue;
+    }
+    const double unit = p.unit == "deg" ? deg_from_rad(1) : 1;
+    Json fitted = {{"name", p.name}, {"unit", p.unit}, {"identified", step.std[k].has_value()}};
+    fitted["change"] = unit * change;
+    if (step.std[k]) fitted["std"] = unit * *step.std[k];
+    json["geometry"].push_back(std::move(fitted));
+  }
 }
 
 }  // namespace
@@ -35,25 +57,14 @@ Json model_chain_json(const Diagnosis& d) {
   for (const GapStep& g : d.gap) {
     Json step = {{"name", g.model},
                  {"correction", correction_json(ModelCorrection{g.robot})},
-                 {"effects", Json::array()}};
-    for (const ActiveEffect& active : g.robot.effects) {
-      for (const NamedEffect& named : d.effects) {
-        if (named.name != active.effect->name) continue;
-        for (const NamedParameter& p : named.parameters) {
-          step["effects"].push_back({{"effect", named.name},
-                                     {"name", p.name},
-                                     {"value", p.value},
-                                     {"std", p.std},
-                                     {"unit", p.unit}});
-        }
-      }
-    }
+                 {"effects", Json::array()},
+                 {"geometry", Json::array()}};
+    add_fitted(step, g);
     if (g.identify_rms_mm) step["identify_rms_mm"] = *g.identify_rms_mm;
     if (g.validate_rms_mm) step["validate_rms_mm"] = *g.validate_rms_mm;
     step["noise_floor_mm"] = d.noise.used.xy_mm;
     chain.push_back(std::move(step));
   }
-  chain.back()["geometry"] = geometry_json(d);
   return chain;
 }
 
@@ -65,10 +76,9 @@ void store_model_chain(store::Connection& connection, const store::Job& job) {
   }
   std::optional<int> parent;
   for (const Json& step : chain) {
-    const Json parameters = {
-        {"correction", step["correction"]},
-        {"effects", step["effects"]},
-        {"geometry", step.contains("geometry") ? step["geometry"] : Json::array()}};
+    const Json parameters = {{"correction", step["correction"]},
+                             {"effects", step["effects"]},
+                             {"geometry", step["geometry"]}};
     parent =
         store::add_model(connection, {.campaign_id = job.data.campaign_id,
                                       .name = step["name"],

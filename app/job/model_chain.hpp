@@ -7,8 +7,10 @@
 
 namespace trammel::job {
 
-/// One object per step of the gap: {"name", "correction", "effects", "identify_rms_mm", …}; each
-/// effect with values, standard deviations and units, as fitted in the last model.
+/// One object per step of the gap: {"name", "correction", "effects", "geometry", "identify_rms_mm",
+/// …}: what this step fitted, each value with its unit and the standard deviation it has in this
+/// model (none where only combinations with others are known). Changes count from nominal.
+/// Proof: model_chain_test.cpp.
 Json model_chain_json(const Diagnosis& diagnosis);
 
 /// Stores the chain that a diagnose job found as the campaign's next model versions, each the child

@@ -1,6 +1,10 @@
 #include "app/job/next_points_plan.hpp"
 
+#include <fmt/format.h>
+
+#include "app/cli/context.hpp"
 #include "core/units.hpp"
+#include "store/campaign.hpp"
 
 namespace trammel::job {
 
@@ -16,6 +20,34 @@ Plan next_points_plan(const Json& diagnosis) {
     plan.points.push_back(point);
   }
   return plan;
+}
+
+store::Job last_diagnosis(store::Connection& connection, const std::string& campaign) {
+  store::Id last = 0;
+  const store::Id of = store::require_campaign(connection, campaign).id;
+  for (const store::JobRow& row : store::list_jobs(connection, of)) {
+    if (row.stage == "diagnose") last = row.id;
+  }
+  if (last == 0) {
+    throw NotFoundError({.what = "the campaign has no diagnosis that could suggest points",
+                         .where = {.field = "campaign"},
+                         .got = campaign,
+                         .hint = "trammel diagnose " + cli::shell_word(campaign)});
+  }
+  return store::get_job(connection, last);
+}
+
+Plan stored_next_points(const store::Job& job) {
+  if (job.data.stage != "diagnose") {
+    throw InputError({.what = "only a diagnosis suggests points",
+                      .where = {.field = "job"},
+                      .got = fmt::format("job {}, of {}", job.id, job.data.stage)});
+  }
+  const Json details = Json::parse(job.data.result_json)["details"];
+  Plan plan = next_points_plan(details);
+  if (!plan.points.empty()) return plan;
+  throw NotFoundError({.what = fmt::format("job {} suggests no points", job.id),
+                       .got = "its verdict: " + details["verdict"].get<std::string>()});
 }
 
 }  // namespace trammel::job

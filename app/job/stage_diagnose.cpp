@@ -1,6 +1,13 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
 #include "app/job/diagnosis_json.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/stages.hpp"
+#include "core/units.hpp"
 
 namespace trammel::job {
 
@@ -36,15 +43,58 @@ Campaign in_one_epoch(Campaign campaign) {
   return campaign;
 }
 
+/// Turned by less than this all readings have one orientation: the rail offsets stay unknown.
+constexpr double kOneOrientationRad = rad_from_deg(0.2);
+
+/// What a person should know of the readings as such, before any result.
+std::vector<std::string> notes_on(const Campaign& campaign) {
+  constexpr int kOwnOfAnEpoch = 2;  // readings that joint zeros and frame of an epoch use up
+  std::vector<std::string> notes;
+  std::map<int, int> of_epoch;
+  int unseen = 0;
+  double low_rad = INFINITY, high_rad = -INFINITY;
+  for (const Reading& r : campaign.readings) {
+    if (!r.measured) continue;
+    if (r.set == ReadingSet::validate) ++unseen;
+    if (r.set != ReadingSet::identify) continue;
+    ++of_epoch[r.conditions.epoch];
+    low_rad = std::min(low_rad, r.target.phi_rad);
+    high_rad = std::max(high_rad, r.target.phi_rad);
+  }
+  if (unseen == 0) {
+    notes.emplace_back(
+        "there are no validation readings: the gap is judged in-sample only, on the readings that "
+        "were fitted");
+  }
+  if (high_rad - low_rad < kOneOrientationRad) {
+    notes.emplace_back(
+        "all readings have one orientation: rail offsets, frame and reflector can't be told apart, "
+        "and what turns the platform hardly shows");
+  }
+  for (const auto& [epoch, n] : of_epoch) {
+    if (of_epoch.size() < 2 || n > 2 * kOwnOfAnEpoch) continue;
+    notes.push_back(
+        fmt::format("epoch {} has {} readings to identify from: they tell little beyond its own "
+                    "joint zeros and "
+                    "frame",
+                    epoch, n));
+  }
+  return notes;
+}
+
 StageResult run_diagnosis(const Campaign& measured, const Json& p) {
-  const Campaign campaign = p["epochs"] == "shared" ? in_one_epoch(measured) : measured;
-  const Diagnosis d = diagnose(campaign, {.false_alarm = p["false_alarm"].get<double>(),
-                                          .inadequate = p["inadequate"].get<double>(),
-                                          .seed = p["seed"].get<std::uint64_t>(),
-                                          .replicates = p["replicates"].get<int>()});
+  const bool shared = p["epochs"] == "shared";
+  const Campaign campaign = shared ? in_one_epoch(measured) : measured;
+  Diagnosis d = diagnose(campaign, {.false_alarm = p["false_alarm"].get<double>(),
+                                    .inadequate = p["inadequate"].get<double>(),
+                                    .seed = p["seed"].get<std::uint64_t>(),
+                                    .replicates = p["replicates"].get<int>(),
+                                    .new_epoch_next = !shared});
+  const std::vector<std::string> notes = notes_on(campaign);
+  d.notes.insert(d.notes.begin(), notes.begin(), notes.end());
   StageResult out;
   out.correction = ModelCorrection{d.fit.model};
-  out.details = diagnosis_json(d, campaign.name);
+  out.details = diagnosis_json(d, campaign);
   out.details["models"] = model_chain_json(d);
   return out;
 }
@@ -53,7 +103,7 @@ StageResult run_diagnosis(const Campaign& measured, const Json& p) {
 
 Stage diagnose_stage() {
   return {.name = "diagnose",
-          .algorithm_version = 1,
+          .algorithm_version = 2,
           .what = "the discrepancy workflow: which physical effect the model is missing",
           .complete = complete_diagnosis,
           .run = run_diagnosis};

@@ -173,9 +173,7 @@ std::vector<std::string> model_words(const StoredModel& model) {
   if (nominal) {
     words.emplace_back("Nothing is fitted: this is the robot as its maker states it.");
   } else if (!any_std && loose.empty()) {
-    words.emplace_back(
-        "No standard deviations are stored with this version, a step on the way: the last version "
-        "of its job has them.");
+    words.emplace_back("No standard deviations are stored with this version.");
   }
   return words;
 }

@@ -86,7 +86,7 @@ std::string round_text(const StoryRound& round, std::size_t number) {
   text += line("rivals", rivals_text(round));
   text += line("gap", gap_text(round));
   if (round.n_next_points > 0) {
-    text += line("next", fmt::format("{} points would decide", round.n_next_points));
+    text += line("next", fmt::format("measure {} points", round.n_next_points));
   }
   return text + line("job", fmt::format("{}, key {}", round.job_id, round.job_key.substr(0, 16)));
 }

@@ -1,0 +1,163 @@
+// A diagnosis as a person reads it, and as a program does, on campaigns in which something is
+// hidden. Seeds are fixed; the verdicts are held by core/diagnose's own tests.
+
+#include "app/job/diagnosis_text.hpp"
+
+#include <sstream>
+
+#include "app/job/stages.hpp"
+#include "tests/study/campaigns.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/json_schema.hpp"
+
+using namespace trammel;
+using namespace trammel::job;
+using namespace trammel::tests;
+
+namespace {
+
+Json diagnosed(const Campaign& campaign) {
+  const Stage& stage = find_stage("diagnose");
+  Json details = stage.run(campaign, stage.complete({{"replicates", 200}})).details;
+  details.erase("models");
+  Json answer = {{"schema", "trammel/diagnose/1"}};
+  answer.update(details);
+  CHECK(schema_errors(nlohmann::json::parse(answer.dump()), "diagnose.schema.json") == "");
+  return details;
+}
+
+/// The text with its line breaks and indents as single blanks.
+std::string unbroken(const std::string& text) {
+  std::istringstream words(text);
+  std::string all;
+  for (std::string word; words >> word;) all += (all.empty() ? "" : " ") + word;
+  return all;
+}
+
+/// Every word stands in the text, each after the one before.
+void check_in_order(const std::string& broken, const std::vector<std::string>& words) {
+  const std::string text = unbroken(broken);
+  std::size_t at = 0;
+  for (const std::string& word : words) {
+    INFO(word << " in\n" << text);
+    at = text.find(word, at);
+    REQUIRE(at != std::string::npos);
+  }
+}
+
+HiddenCase hide(const std::string& name, double rho, std::uint64_t seed) {
+  return make_case({}, {&family(name)}, rho, seed);
+}
+
+/// Every reading twice in a row, the second with a noise of `sigma` standard deviations more.
+Campaign measured_twice(const Campaign& campaign, double sigma_mm) {
+  Campaign twice = campaign;
+  twice.readings.clear();
+  int n = 0;
+  for (const Reading& r : campaign.readings) {
+    for (const double more : {0.0, (n / 2) % 2 == 0 ? sigma_mm : -sigma_mm}) {
+      twice.readings.push_back(r);
+      twice.readings.back().seq = ++n;
+      twice.readings.back().measured->x_mm += more;
+      twice.readings.back().measured->phi_rad += more / 100;
+    }
+  }
+  return twice;
+}
+
+}  // namespace
+
+TEST_CASE("the text is an argument from what was expected to what can't be seen", "[job]") {
+  const Json d = diagnosed(hide("backlash", 28, 3).campaign);
+  REQUIRE(d["verdict"] == "explained");
+  const std::string text = diagnosis_text(d);
+  check_in_order(text, {"explained: what the model is missing is backlash",
+                        "expected",
+                        "0.0100 mm",
+                        "seen",
+                        "where: rail",
+                        "could be",
+                        "backlash (p",
+                        "named",
+                        "backlash: the stage",
+                        "w_",
+                        "(1 sigma)",
+                        "left",
+                        "rivals none",
+                        "lost",
+                        "worse by",
+                        "gap",
+                        "nominal",
+                        "geometry",
+                        "+backlash",
+                        "noise floor",
+                        "design",
+                        "lead_scale"});
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin);
+    const std::string line = text.substr(begin, end - begin);
+    INFO(line);
+    CHECK(line.size() <= 118);
+    begin = end + 1;
+  }
+  // why not its rivals: what lost, and by how much
+  REQUIRE_FALSE(d["considered"].empty());
+  for (const Json& c : d["considered"]) {
+    CHECK((c["behind_chi2"] > 6.0 || c["usual"] == false));
+    CHECK(c["names"] != Json({"backlash"}));
+  }
+}
+
+TEST_CASE("what no point decides is told with the measurement that would", "[job]") {
+  const Json d = diagnosed(hide("tracker_scale", 9, 17).campaign);
+  REQUIRE(d["verdict"] == "ambiguous");
+  REQUIRE_FALSE(d["undecided"].empty());
+  check_in_order(diagnosis_text(d), {"ambiguous:", "rivals", "undecided", "scale bar"});
+}
+
+TEST_CASE("an unexplained gap tells where it lives and what was tried, and adds nothing", "[job]") {
+  const Json d = diagnosed(hide("half_turn", 28, 13).campaign);
+  REQUIRE(d["verdict"] == "unexplained");
+  CHECK(d["effects"].empty());
+  CHECK(d["gap"].size() == 2);
+  check_in_order(diagnosis_text(d),
+                 {"unexplained:", "lives", "repeating every 5.00 mm", "calibrate hybrid"});
+  // and the points that show it again
+  REQUIRE_FALSE(d["next_points"].empty());
+  CHECK_THAT(d["next_points"][0]["why"].get<std::string>(), Contains("shows again rail"));
+}
+
+TEST_CASE("without a stated sigma the repeats speak, and a floor they understate is corrected",
+          "[job]") {
+  for (const char* hidden : {"backlash", "half_turn"}) {
+    CAPTURE(hidden);
+    Campaign campaign = measured_twice(hide(hidden, 28, 13).campaign, 0.001);
+    campaign.tracker.reset();
+    const Json d = diagnosed(campaign);
+    CHECK(d["noise_source"] == "repeats");
+    CHECK(d["noise_floor_mm"] > 0.0);
+    CHECK_THAT(unbroken(diagnosis_text(d)), Contains("from repeated readings"));
+  }
+}
+
+TEST_CASE("what the readings lack is said in words, and the workflow goes on", "[job]") {
+  HiddenCase c = hide("backlash", 28, 3);
+  std::vector<Reading> kept;
+  for (Reading r : c.campaign.readings) {
+    if (r.set == ReadingSet::validate) continue;
+    if (std::abs(r.target.phi_rad) > 1e-9) continue;
+    r.conditions.time_s.reset();
+    r.conditions.temp_degc.reset();
+    kept.push_back(r);
+  }
+  for (std::size_t k = kept.size() - 3; k < kept.size(); ++k) kept[k].conditions.epoch = 2;
+  c.campaign.readings = kept;
+  const Json d = diagnosed(c.campaign);
+  const std::string notes = d["notes"].dump();
+  for (const char* said : {"no validation readings", "one orientation", "epoch 2 has 3 readings",
+                           "thermal_growth can't be tested", "tracker_drift can't be tested"}) {
+    CHECK_THAT(notes, Contains(said));
+  }
+  CHECK(d["audit"].size() == effect_catalogue().size());
+  CHECK_THAT(unbroken(diagnosis_text(d)), Contains("none are left to judge"));
+}
