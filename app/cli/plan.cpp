@@ -9,9 +9,12 @@
 #include "app/cli/plan_design.hpp"
 #include "app/exchange/files.hpp"
 #include "app/exchange/mechanism_json.hpp"
+#include "app/job/next_points_plan.hpp"
+#include "app/job/run.hpp"
 #include "app/session/plan_json.hpp"
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
+#include "store/open.hpp"
 
 namespace trammel::cli {
 
@@ -41,6 +44,8 @@ struct CreateOptions {
   int targets = 11;
   int runs = 5;
   std::string criterion = "D";
+  std::string campaign;  // next-points: of its last diagnosis
+  std::string job;       // next-points: of this diagnosis
   DesignOptions design = {.effects = {"lead_scale", "backlash"}};
 };
 
@@ -99,7 +104,21 @@ OptimalPlan optimal_for(const CreateOptions& o) {
                        .set = set_of(o)});
 }
 
-Plan plan_for(const CreateOptions& o) {
+/// The points that a stored diagnosis suggests.
+Plan suggested_points(const CreateOptions& o, const Context& context) {
+  if (o.campaign.empty() == o.job.empty()) {
+    throw UsageError({.what = "next-points are those of a diagnosis: name the campaign or the job",
+                      .hint = "--campaign NAME (its last diagnosis), or --job JOB"});
+  }
+  store::Connection db = store::open(context.db(), store::Access::read_only);
+  Plan plan = job::stored_next_points(o.job.empty() ? job::last_diagnosis(db, o.campaign)
+                                                    : job::find(db, o.job));
+  if (!o.name.empty()) plan.name = o.name;
+  return plan;
+}
+
+Plan plan_for(const CreateOptions& o, const Context& context) {
+  if (o.grid == job::kNextPoints) return suggested_points(o, context);
   if (o.grid == "optimal") return optimal_for(o).plan;
   const std::string name = o.name.empty() ? o.grid : o.name;
   if (o.grid == "rail") {
@@ -122,7 +141,7 @@ Plan plan_for(const CreateOptions& o) {
 }
 
 ExitCode run_create(const CreateOptions& options, Context& context) {
-  const Plan plan = plan_for(options);
+  const Plan plan = plan_for(options, context);
   const std::string text = session::plan_json(plan).dump(1) + "\n";
   if (options.grid == "optimal") {
     context.say(beside_paper_80(plan, mechanism_of(options.mechanism), options.design));
@@ -208,6 +227,8 @@ void grid_options(CLI::App& c, CreateOptions& o) {
   c.add_option("--criterion", o.criterion, "optimal: D (volume), A (mean variance), E (worst)")
       ->check(CLI::IsMember(std::vector<std::string>{"D", "A", "E"}))
       ->capture_default_str();
+  c.add_option("--campaign", o.campaign, "next-points: those of its last diagnosis");
+  c.add_option("--job", o.job, "next-points: those of this diagnosis");
   design_options(c, o.design);
 }
 
@@ -215,7 +236,7 @@ void setup_create(CLI::App& plan, Context& context) {
   CLI::App& c = *plan.add_subcommand("create", "Make a plan and print it, or write it to a file");
   auto o = std::make_shared<CreateOptions>();
   std::vector<std::string> grids = grid_names();
-  grids.insert(grids.end(), {"lattice", "circle", "rail", "optimal"});
+  grids.insert(grids.end(), {"lattice", "circle", "rail", "optimal", job::kNextPoints});
   c.add_option("grid", o->grid, "which points")->required()->check(CLI::IsMember(grids));
   c.add_option("--out", o->out, "file to write (stdout)");
   c.add_flag("--dry-run", o->dry_run, "make the plan, write no file");

@@ -1,6 +1,7 @@
 // Effects that the first session leaves ambiguous, or is blind to: the diagnosis plans points, the
 // runner measures them, and the next diagnosis decides.
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/catch.hpp"
@@ -103,6 +104,40 @@ TEST_CASE("backlash that one direction of approach hides is found by the points 
     CHECK(step.at("skipped") == left_over);
     if (left_over) CHECK_THAT(step.at("detail").get<std::string>(), Contains("suggests no points"));
   }
+}
+
+TEST_CASE("growth that one temperature hides behind a lead error is told apart by a warmer round",
+          "[protocol]") {
+  const tests::TemporaryFolder folder;
+  const std::vector<double> truth = {6e-5, 4.5e-5, 7e-5};
+  Json chamber = robot({{"thermal_growth_per_k", truth}}, 0.004);
+  chamber["temperature"] = {{"start_degc", 25}, {"rise_k", 0}, {"tau_s", 2400}};
+  folder.write("25.json", chamber.dump());
+  const auto run = [&folder](const std::vector<std::string>& words) {
+    const auto done = run_program(words, folder.path());
+    CAPTURE(done.err);
+    REQUIRE(done.exit_code == 0);
+    return done.out;
+  };
+  run({"session", "run", "hidden", "--plan", "paper-80", "--stage", "sim:25.json"});
+  run({"session", "run", "hidden", "--plan", "paper-48", "--set", "validate", "--stage",
+       "sim:25.json"});
+  const Json first = Json::parse(run({"diagnose", "hidden", "--json"}));
+  CHECK(first.at("verdict") == "ambiguous");
+  std::string sets = first.at("rivals").dump() + first.at("effects").dump();
+  CHECK_THAT(sets, Contains("lead_scale") && Contains("thermal_growth"));
+
+  // The suggestion asks for another temperature, and `plan create` takes its points.
+  REQUIRE(first.at("next_state").contains("temp_degc"));
+  const double asked_degc = first.at("next_state").at("temp_degc");
+  CHECK(asked_degc >= 29);
+  run({"plan", "create", "next-points", "--campaign", "hidden", "--out", "next.json"});
+  chamber["temperature"]["start_degc"] = asked_degc;
+  folder.write("warm.json", chamber.dump());
+  run({"session", "run", "hidden", "--plan", "next.json", "--stage", "sim:warm.json"});
+  const Json second = Json::parse(run({"diagnose", "hidden", "--json"}));
+  CHECK(second.at("gap")[0].at("model") == "nominal");
+  check_named(second, "thermal_growth", truth);
 }
 
 TEST_CASE("two drive errors that a coarse tracker can't tell apart are told apart in three rounds",
