@@ -236,7 +236,8 @@ void leave_unexplained(Work& w, std::vector<Finding> where) {
     noise.used = first;
     noise.rescaled = false;
     out.notes.push_back(
-        "the residuals are larger than the noise that tracker or repeats state, but structure is in "
+        "the residuals are larger than the noise that tracker or repeats state, but structure is "
+        "in "
         "them: the floor shown is the stated one");
   }
   out.notes.push_back(
