@@ -27,7 +27,7 @@ const std::vector<double> kMoreTurnsDeg = {0, -4, 4, -8, 8};
 constexpr std::size_t kMostTies = 8;  // searched for at once: those that stand first, the closest
 constexpr std::size_t kFirst = 12, kMore = 4;  // points to begin with, and those added at a time
 
-struct Proposal {
+struct Visit {
   Pose target;
   std::array<int, 3> approach;
   Conditions conditions;
@@ -47,11 +47,11 @@ bool reachable(const Mechanism& mechanism, const Pose& pose, InverseResult& at) 
 
 /// Poses of a square lattice at three orientations. With `by_direction` each from all eight
 /// directions; else each from one, in turn, so that the next session is blind to none.
-std::vector<Proposal> candidates(const Mechanism& mechanism, const Conditions& there,
-                                 bool by_direction) {
+std::vector<Visit> candidates(const Mechanism& mechanism, const Conditions& there,
+                              bool by_direction) {
   const int half = by_direction ? 2 : 3;  // lattice points to either side
   const double step_mm = 90.0 / half;
-  std::vector<Proposal> all;
+  std::vector<Visit> all;
   int turn = 0;
   for (const double phi_deg : by_direction ? kTurnsDeg : kMoreTurnsDeg) {
     for (int ix = -half; ix <= half; ++ix) {
@@ -62,7 +62,7 @@ std::vector<Proposal> candidates(const Mechanism& mechanism, const Conditions& t
         ++turn;
         for (int bits = 0; bits < 8; ++bits) {
           if (!by_direction && bits != turn % 8) continue;
-          Proposal c{pose, {}, there};
+          Visit c{pose, {}, there};
           c.conditions.cmd_mm = c.conditions.from_mm = at.l_mm;
           for (int rail = 0; rail < kChains; ++rail) {
             const int direction = bits >> rail & 1 ? 1 : -1;
@@ -322,9 +322,9 @@ void put_in_order(std::vector<NextPoint>& points) {
     const Pose& at = points[k].target;
     const auto nearer = [&at](const NextPoint& a, const NextPoint& b) {
       const auto far = [&at](const NextPoint& p) {
-        constexpr double kLeverMm = 100;  // of a turn
+        constexpr double kTurnLeverMm = 100;
         return std::hypot(p.target.x_mm - at.x_mm, p.target.y_mm - at.y_mm,
-                          kLeverMm * (p.target.phi_rad - at.phi_rad));
+                          kTurnLeverMm * (p.target.phi_rad - at.phi_rad));
       };
       return far(a) < far(b);
     };
@@ -371,10 +371,10 @@ Open open_tie(const Known& k, const Tie& tie, const std::vector<Seen>& candidate
 Proposal propose(const Known& k, const NextState& state) {
   const bool by_direction =
       std::any_of(k.ties.begin(), k.ties.end(), [](const Tie& t) { return t.by_direction; });
-  const std::vector<Proposal> all = candidates(
+  const std::vector<Visit> all = candidates(
       k.base.model.mechanism, conditions_in(state, k.last, k.options.new_epoch), by_direction);
   std::vector<Seen> seen;
-  for (const Proposal& c : all) seen.push_back(k.design.seen(c.conditions));
+  for (const Visit& c : all) seen.push_back(k.design.seen(c.conditions));
   Proposal proposal;
   NextPoints& plan = proposal.plan;
   plan.state = state;

@@ -299,4 +299,11 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   return result;
 }
 
+HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed,
+                const Design& design) {
+  std::vector<const Family*> hidden;
+  for (const std::string& name : names) hidden.push_back(&family(name));
+  return make_case(design, hidden, rho, seed);
+}
+
 }  // namespace trammel::tests

@@ -49,4 +49,8 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
 
 const Family& family(const std::string& name);
 
+/// The same by name.
+HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed,
+                const Design& design = {});
+
 }  // namespace trammel::tests

@@ -15,13 +15,6 @@ using namespace trammel::tests;
 
 namespace {
 
-HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed,
-                const Design& design = {}) {
-  std::vector<const Family*> hidden;
-  for (const auto& name : names) hidden.push_back(&family(name));
-  return make_case(design, hidden, rho, seed);
-}
-
 std::vector<std::string> named(const Diagnosis& d) {
   std::vector<std::string> names;
   for (const NamedEffect& e : d.effects) names.push_back(e.name);

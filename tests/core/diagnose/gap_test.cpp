@@ -14,12 +14,6 @@ namespace {
 
 Diagnosis diagnosed(const HiddenCase& c) { return diagnose(c.campaign, {.replicates = 200}); }
 
-HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed) {
-  std::vector<const Family*> hidden;
-  for (const auto& name : names) hidden.push_back(&family(name));
-  return make_case({}, hidden, rho, seed);
-}
-
 /// 96 unseen readings, x and y: their rms is known to 5 %; 15 % is three standard deviations.
 constexpr double kAtTheFloor = 1.15;
 
