@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/diagnose/gap.hpp"
+#include "core/diagnose/look_alikes.hpp"
 #include "core/diagnose/noise.hpp"
 #include "core/diagnose/selection.hpp"
 #include "core/error.hpp"
@@ -22,12 +23,13 @@ constexpr double kOtherNoise =
 struct Work {
   const Campaign& campaign;
   const DiagnoseOptions& options;
-  Diagnosis out;
+  Diagnosis out = {};
   std::vector<Reading> readings;  // identify, without the bad ones
-  GeometryFit base;
-  ResidualSpace space;        // around the base
-  std::vector<Shape> shapes;  // dictionary and catalogue
-  Library library;
+  GeometryFit base = {};
+  ResidualSpace space = {};        // around the base
+  std::vector<Shape> shapes = {};  // dictionary and catalogue
+  Library library = {};
+  bool agreement_taken = false;  // agreement of successive readings was taken for noise
 };
 
 std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
@@ -92,12 +94,13 @@ void settle_noise(Work& w) {
 }
 
 /// Noise that is correlated in time is still noise: successive readings are made independent.
-void settle_correlation(Work& w) {
-  w.out.noise.correlation = noise_correlation([&](double rho) {
+void settle_correlation(Work& w, bool known = false) {
+  const auto space_with = [&](double rho) {
     return residual_space(
         fit_geometry(w.base.model, w.readings, w.out.noise.used, {.correlation = rho}), w.readings,
         w.out.noise.used, rho);
-  });
+  };
+  w.out.noise.correlation = noise_correlation(space_with, known);
   if (w.out.noise.correlation == 0) return;
   w.out.notes.push_back(
       "the noise of successive readings is correlated: it is taken out before anything is tested");
@@ -195,11 +198,6 @@ void name_effects(Work& w, const Candidate& best, const GeometryFit& fit) {
   }
 }
 
-/// Shapes without a name that explain more than the named set does, in place of one of its effects.
-std::optional<Finding> better_shape(const Work& w, const Candidate& best, double& score) {
-  return best_unnamed(w.space, w.library, best, w.shapes, score);
-}
-
 void say_what_is_not_testable(Work& w) {
   for (const AuditRow& row : w.out.audit) {
     if (!row.missing.empty()) {
@@ -255,40 +253,54 @@ void add_unexplained_tie(const Work& w, const Candidate& tried, std::vector<Tie>
   }
 }
 
-void decide(Work& w, std::vector<Tie>& ties) {
-  Diagnosis& out = w.out;
-  out.before = test(w, w.space, w.options.false_alarm);
-  out.fit = w.base;
-  if (out.before.family_p > w.options.false_alarm) {
-    out.verdict = out.effects.empty() ? Verdict::nothing_missing : Verdict::explained;
-    return;
-  }
-  const std::vector<Candidate> all = search(w.library, 3);
-  if (all.empty() || all.front().score <= 0) {
-    leave_unexplained(w, out.before.findings);
-    add_unexplained_tie(w, {}, ties);
-    return;
-  }
-  const Candidate best = extend(w.library, all.front());
-  out.fit = fit_with(w, best);
-  const ResidualSpace left =
-      residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
-  out.after = test(w, left, w.options.inadequate);
-  name_effects(w, best, out.fit);
+/// Successive readings agreeing is what stands out most, more than any shape: that is noise
+/// correlated in time as well, and is made independent (once). True when it was, and all must be
+/// tested anew.
+bool took_agreement_for_noise(Work& w, const StructureTest& t, double level) {
+  const bool agree =
+      t.family_p <= level && !t.findings.empty() && t.findings.front().when == kSuccessiveAgree;
+  if (!agree || w.agreement_taken) return false;
+  w.agreement_taken = true;
+  const double before = w.out.noise.correlation;
+  settle_correlation(w, true);
+  make_shapes(w, w.space);
+  return w.out.noise.correlation != before;
+}
+
+/// The best set, and what else was looked at.
+struct Naming {
+  Candidate best;
+  std::vector<Candidate> all;
+  std::optional<Finding> unnamed;  // shape that does best in place of an effect
   double unnamed_score = 0;
-  const auto unnamed = better_shape(w, best, unnamed_score);
-  const bool inadequate = out.after.family_p <= w.options.inadequate;
-  if (inadequate || (unnamed && unnamed_score > best.score)) {
-    leave_unexplained(w, inadequate ? out.after.findings : std::vector<Finding>{*unnamed});
-    add_unexplained_tie(w, best, ties);
-    return;
+  std::optional<LookAlike> alike;
+};
+
+/// Why the named set can't stand: what it leaves, or what explains more; nothing when it can.
+std::vector<Finding> objections(const Work& w, const Naming& naming) {
+  if (w.out.after.family_p <= w.options.inadequate) return w.out.after.findings;
+  if (naming.unnamed && naming.unnamed_score > naming.best.score + kEvidence20To1)
+    return {*naming.unnamed};
+  if (naming.alike && naming.alike->evidence > 2 * kEvidence20To1) return {naming.alike->finding};
+  return {};
+}
+
+void add_unnamed_rival(Work& w, const Finding& finding, double lead) {
+  w.out.rivals.push_back({{"unnamed: " + finding.where + ", " + finding.when},
+                          finding.terms,
+                          std::exp(0.5 * lead),
+                          false});
+}
+
+/// Everything that explains the readings as well, each with the tie that points may break.
+void add_rivals(Work& w, const Naming& naming, std::vector<Tie>& ties) {
+  Diagnosis& out = w.out;
+  const Candidate& best = naming.best;
+  for (const Candidate& c : rivals_of(best, naming.all)) {
+    const double lead = best.score - c.score;
+    out.rivals.push_back({names_of(c), c.parameters, std::exp(0.5 * lead), false});
+    ties.push_back(tie_between(w.library, best, c, lead));
   }
-  for (const Candidate& c : rivals_of(best, all)) {
-    out.rivals.push_back(
-        {names_of(c), c.parameters, std::exp(0.5 * (best.score - c.score)), false});
-    ties.push_back(tie_between(w.library, best, c, best.score - c.score));
-  }
-  out.considered = runners_up(best, all);
   for (const Candidate& c : structural_ties(w.library, best)) {
     const bool known = std::any_of(out.rivals.begin(), out.rivals.end(), [&](Rival& r) {
       r.structural = r.structural || r.names == names_of(c);
@@ -298,16 +310,49 @@ void decide(Work& w, std::vector<Tie>& ties) {
     out.rivals.push_back({names_of(c), c.parameters, 1, true});
     ties.push_back(tie_between(w.library, best, c, 0));
   }
-  if (unnamed && unnamed_score > best.score - kEvidence20To1) {
-    out.rivals.push_back({{"unnamed: " + unnamed->where + ", " + unnamed->when},
-                          unnamed->terms,
-                          std::exp(0.5 * (best.score - unnamed_score)),
-                          false});
-    if (const Shape* shape = shape_of(w, *unnamed)) {
-      ties.push_back(
-          tie_with_unnamed(w.space, w.library, best, *shape, best.score - unnamed_score));
-    }
+  if (naming.unnamed && naming.unnamed_score > best.score - kEvidence20To1) {
+    const double lead = best.score - naming.unnamed_score;
+    add_unnamed_rival(w, *naming.unnamed, lead);
+    if (const Shape* shape = shape_of(w, *naming.unnamed))
+      ties.push_back(tie_with_unnamed(w.space, w.library, best, *shape, lead));
   }
+  if (naming.alike) add_unnamed_rival(w, naming.alike->finding, -naming.alike->evidence);
+}
+
+void decide(Work& w, std::vector<Tie>& ties) {
+  Diagnosis& out = w.out;
+  out.before = test(w, w.space, w.options.false_alarm);
+  if (took_agreement_for_noise(w, out.before, w.options.false_alarm))
+    out.before = test(w, w.space, w.options.false_alarm);
+  out.fit = w.base;
+  if (out.before.family_p > w.options.false_alarm) {
+    out.verdict = out.effects.empty() ? Verdict::nothing_missing : Verdict::explained;
+    return;
+  }
+  Naming naming;
+  naming.all = search(w.library, 3);
+  if (naming.all.empty() || naming.all.front().score <= 0) {
+    leave_unexplained(w, out.before.findings);
+    add_unexplained_tie(w, {}, ties);
+    return;
+  }
+  naming.best = extend(w.library, naming.all.front());
+  const Candidate fitted = with_all_rails(w.library, naming.best);
+  out.fit = fit_with(w, fitted);
+  const ResidualSpace left =
+      residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
+  out.after = test(w, left, w.options.inadequate);
+  if (took_agreement_for_noise(w, out.after, w.options.inadequate)) return decide(w, ties);
+  name_effects(w, fitted, out.fit);
+  naming.unnamed = best_unnamed(w.space, w.library, naming.best, w.shapes, naming.unnamed_score);
+  naming.alike = best_look_alike(w.space, w.library, naming.best);
+  if (const auto findings = objections(w, naming); !findings.empty()) {
+    leave_unexplained(w, findings);
+    add_unexplained_tie(w, naming.best, ties);
+    return;
+  }
+  add_rivals(w, naming, ties);
+  out.considered = runners_up(naming.best, naming.all);
   out.verdict = out.rivals.empty() ? Verdict::explained : Verdict::ambiguous;
 }
 
@@ -340,7 +385,8 @@ std::string to_string(NoiseSource source) {
 }
 
 Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options) {
-  Work w{campaign, options, {}, of_set(campaign, ReadingSet::identify), {}, {}, {}, {}};
+  Work w{
+      .campaign = campaign, .options = options, .readings = of_set(campaign, ReadingSet::identify)};
   require_enough(w);
   first_noise(w);
   fit_base(w);

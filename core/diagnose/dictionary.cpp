@@ -139,17 +139,23 @@ void add_rail_shapes(Builder& builder) {
   }
 }
 
-/// Periods in leads up to a little more than a turn (harmonics, a lead stated wrong), and from
-/// there on one per wave that the travelled range holds: no period between two of them is missed.
+/// Periods in leads up to a little more than a turn (harmonics, a lead stated wrong), and besides
+/// one per wave that the travelled range holds: no period between two of them is missed.
 std::vector<double> periods_mm(double lead_mm, double range_mm) {
   std::vector<double> periods;
   for (const double turns : {0.25, 1.0 / 3, 0.4, 0.5, 0.6, 2.0 / 3, 0.75, 0.9, 0.95, 0.98, 0.99,
                              1.01, 1.02, 1.05, 1.1}) {
     periods.push_back(turns * lead_mm);
   }
-  constexpr int kMostWaves = 30;
-  for (int waves = 3; waves < kMostWaves && range_mm / waves > 1.15 * lead_mm; ++waves) {
-    periods.push_back(range_mm / waves);
+  constexpr int kMostWaves = 64;  // shorter ones are sampled too thinly to be told from one another
+  constexpr double kSameWave = 0.3;  // waves over the range
+  const std::vector<double> of_the_screw = periods;
+  for (int waves = 3; waves < kMostWaves; ++waves) {
+    const bool known =
+        std::any_of(of_the_screw.begin(), of_the_screw.end(),
+                    [&](double p) { return std::abs(range_mm / p - waves) < kSameWave; }) ||
+        std::abs(range_mm / lead_mm - waves) < kSameWave;
+    if (!known) periods.push_back(range_mm / waves);
   }
   return periods;
 }
@@ -313,6 +319,22 @@ void add_pose_shapes(Builder& builder) {
                       std::to_string(degree) + " in the pose",
                   "all", terms);
     }
+  }
+  // x and y together, about the centre: fields that turn or stretch by more the farther out
+  for (int degree = 1; degree <= 2; ++degree) {
+    const auto farther = [=](const Moment& m) {
+      return std::pow(std::hypot(m.pose.x_mm, m.pose.y_mm) / kLeverMm, degree) / kLeverMm;
+    };
+    builder.add("readings, turned about the centre",
+                "growing with the distance to the power of " + std::to_string(degree),
+                {[=](const Reading&, const Moment& m) {
+                  return Deviation{.dX = {-m.pose.y_mm * farther(m), m.pose.x_mm * farther(m), 0}};
+                }});
+    builder.add("readings, stretched about the centre",
+                "growing with the distance to the power of " + std::to_string(degree),
+                {[=](const Reading&, const Moment& m) {
+                  return Deviation{.dX = {m.pose.x_mm * farther(m), m.pose.y_mm * farther(m), 0}};
+                }});
   }
   for (int ix = -1; ix <= 1; ++ix) {
     for (int iy = -1; iy <= 1; ++iy) {

@@ -94,6 +94,14 @@ bool heavy_tails(const RobustFit& fit, double threshold) {
   return kurtosis > 4 * std::sqrt(24 / count);
 }
 
+/// Readings that follow one another: most of those flagged stand next to another one. Single bad
+/// readings do so by chance only (k^2 / n pairs of k among n).
+bool in_a_row(const std::vector<std::size_t>& places) {
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i + 1 < places.size(); ++i) pairs += places[i + 1] == places[i] + 1;
+  return pairs >= 2 && 2 * pairs >= places.size();
+}
+
 }  // namespace
 
 NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
@@ -123,11 +131,11 @@ std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::M
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {
     if (fit.distance[i] > threshold) bad.push_back(static_cast<std::size_t>(i));
   }
-  if (static_cast<double>(bad.size()) > kMostBad * n) bad.clear();
+  if (static_cast<double>(bad.size()) > kMostBad * n || in_a_row(bad)) bad.clear();
   return bad;
 }
 
-double noise_correlation(const std::function<ResidualSpace(double rho)>& space_with) {
+double noise_correlation(const std::function<ResidualSpace(double rho)>& space_with, bool known) {
   constexpr double kTooSmall = 0.02;  // a correlation below this changes nothing
   const auto z_at = [&](double rho, bool without_time) {
     const ResidualSpace space = space_with(rho);
@@ -135,11 +143,11 @@ double noise_correlation(const std::function<ResidualSpace(double rho)>& space_w
     removed.push_back({"catalogue", "all", make_library(space).signals});
     return successive_agreement(space, removed);
   };
-  if (z_at(0, false) < kCorrelated || z_at(0, true) < kNotACourse) return 0;
+  if (!known && (z_at(0, false) < kCorrelated || z_at(0, true) < kNotACourse)) return 0;
   double low = 0, high = 0.95;  // z falls as rho rises
   while (high - low > kTooSmall) {
     const double middle = 0.5 * (low + high);
-    (z_at(middle, true) > 0 ? low : high) = middle;
+    (z_at(middle, !known) > 0 ? low : high) = middle;
   }
   return 0.5 * (low + high);
 }

@@ -25,7 +25,9 @@ NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signal
 /// once every trend, step and wave in time is fitted as well (z > kNotACourse): a shift makes
 /// neighbours agree too, and is structure, not noise. rho is where decorrelated residuals agree no
 /// more than white noise through the same projection.
-double noise_correlation(const std::function<ResidualSpace(double rho)>& space_with);
+/// `known`: that there is one need not be shown.
+double noise_correlation(const std::function<ResidualSpace(double rho)>& space_with,
+                         bool known = false);
 inline constexpr double kCorrelated = 3.5;  // 0.02 % of clean campaigns
 inline constexpr double kNotACourse = 2.0;
 
@@ -34,9 +36,10 @@ inline constexpr double kNotACourse = 2.0;
 /// Reading i stands out by d_i = r_i' (I - H_ii)^-1 r_i / scale^2, chi^2(3) for a good one; scale
 /// from the median of all d. Bad: chance of one such reading in a clean campaign below
 /// kFalseOutlier (or, where the rest has heavier tails than a normal distribution, ten sigmas).
-/// More than kMostBad of the readings are no single readings: then none is named.
+/// More than kMostBad of the readings, or a run of successive ones, are no single readings: then
+/// none is named.
 std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::MatrixXd& signals);
 inline constexpr double kFalseOutlier = 0.0005;
-inline constexpr double kMostBad = 0.08;
+inline constexpr double kMostBad = 0.15;
 
 }  // namespace trammel

@@ -13,18 +13,10 @@ constexpr double kVisibleSigmas =
     2.0;  // an effect at its usual maximum must move the readings by more
 constexpr double kCollinear = 1e-9;  // share of a column that must survive the others of its set
 
-/// "1" of "a_1"; parameters of one effect with the same are one: a sine and its cosine.
-std::string suffix(const EffectParameter& p) {
-  const auto at = p.name.find('_');
-  return at == std::string::npos ? std::string() : p.name.substr(at);
-}
-
 std::vector<std::vector<int>> units_of(const Effect& effect) {
   std::vector<std::vector<int>> units;
   for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
-    const auto& all = effect.parameters;
-    const auto at = static_cast<std::size_t>(k);
-    if (k > 0 && !suffix(all[at]).empty() && suffix(all[at]) == suffix(all[at - 1])) {
+    if (effect.parameters[static_cast<std::size_t>(k)].joined) {
       units.back().push_back(k);
     } else {
       units.push_back({k});
@@ -36,6 +28,27 @@ std::vector<std::vector<int>> units_of(const Effect& effect) {
 bool testable(const Effect& effect, const ResidualSpace& space) {
   return std::all_of(space.predictions.begin(), space.predictions.end(),
                      [&](const Prediction& at) { return recorded(effect, at.moment); });
+}
+
+double units_per_effect(const Library& library, int effect) {
+  return static_cast<double>(
+      std::count_if(library.units.begin(), library.units.end(),
+                    [effect](const Unit& unit) { return unit.effect == effect; }));
+}
+
+/// Of the names and parameters of a set; the first unit of an effect costs more than further ones.
+double price_of(const Library& library, const std::vector<int>& units) {
+  double price = 0;
+  int last = -1;
+  for (const int u : units) {
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
+    const auto n = static_cast<double>(unit.columns.size());
+    price += unit.effect == last
+                 ? kPriceOfFurther * n + 2 * std::log(units_per_effect(library, unit.effect))
+                 : kPriceOfName + kPriceOfParameter * n;
+    last = unit.effect;
+  }
+  return price;
 }
 
 /// Least squares of some columns of the library; nothing when they are collinear.
@@ -75,8 +88,7 @@ std::optional<Candidate> solve(const Library& library, const std::vector<int>& u
     c.usual = c.usual && c.values[i] <= library.usual_max[ci] + slack &&
               c.values[i] >= library.usual_min[ci] - slack;
   }
-  c.score = c.gain - kPriceOfName * static_cast<double>(c.effects.size()) -
-            kPriceOfParameter * c.parameters - (c.usual ? 0 : kPriceOfUnusual);
+  c.score = c.gain - price_of(library, units) - (c.usual ? 0 : kPriceOfUnusual);
   return c;
 }
 
@@ -235,8 +247,36 @@ Candidate extend(const Library& library, Candidate best) {
   }
 }
 
+Candidate with_all_rails(const Library& library, const Candidate& best) {
+  Candidate wider = best;
+  const auto widen = [&](int unit) {
+    std::vector<int> units = wider.units;
+    units.insert(std::upper_bound(units.begin(), units.end(), unit), unit);
+    if (const auto c = solve(library, units)) wider = *c;
+  };
+  const auto exchanged = [&](int out, int in) {
+    std::vector<int> units = best.units;
+    std::replace(units.begin(), units.end(), out, in);
+    std::sort(units.begin(), units.end());
+    return gain_of(library, units);
+  };
+  for (std::size_t v = 0; v < library.units.size(); ++v) {
+    const int unit = static_cast<int>(v);
+    const Unit& about = library.units[v];
+    if (std::count(best.units.begin(), best.units.end(), unit) > 0) continue;
+    if (std::count(best.effects.begin(), best.effects.end(), about.effect) == 0) continue;
+    const bool stands_for = std::any_of(best.units.begin(), best.units.end(), [&](int own) {
+      return library.units[static_cast<std::size_t>(own)].effect == about.effect &&
+             exchanged(own, unit) > best.gain - kEvidence20To1;
+    });
+    if (stands_for) widen(unit);
+  }
+  return wider;
+}
+
 std::vector<Candidate> structural_ties(const Library& library, const Candidate& best) {
   constexpr double kSameSignal = 1e-3;  // of the energy
+  constexpr double kCannotTell = 4;     // chi^2: what is left of the signal is lost in the noise
   std::vector<Candidate> ties;
   for (const int effect : best.effects) {
     std::vector<int> others;
@@ -273,13 +313,40 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
       units.insert(units.end(), own.begin(), own.end());
       std::sort(units.begin(), units.end());
       const auto imitation = solve(alone, units);
-      if (!imitation || energy - imitation->gain > kSameSignal * (energy - known)) continue;
+      const double lost = std::max(kSameSignal * (energy - known), kCannotTell);
+      if (!imitation || energy - imitation->gain > lost) continue;
       const auto tie = solve(library, units);
       if (tie && tie->usual) ties.push_back(*tie);
     }
   }
   return ties;
 }
+
+namespace {
+
+/// What each pair of effects of the catalogue can say together, on all their rails: orthonormal.
+std::vector<Eigen::MatrixXd> spans_of_pairs(const ResidualSpace& space, const Library& library) {
+  std::vector<Eigen::MatrixXd> spans;
+  const Eigen::MatrixXd projected = space.project(library.signals);
+  const auto columns_of = [&](int a, int b) {
+    std::vector<int> columns;
+    for (const Unit& unit : library.units) {
+      if (unit.effect != a && unit.effect != b) continue;
+      columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
+    }
+    return columns;
+  };
+  const int effects = static_cast<int>(effect_catalogue().size());
+  for (int a = 0; a < effects; ++a) {
+    for (int b = a + 1; b < effects; ++b) {
+      const std::vector<int> columns = columns_of(a, b);
+      if (!columns.empty()) spans.push_back(orthonormal(projected(Eigen::all, columns)));
+    }
+  }
+  return spans;
+}
+
+}  // namespace
 
 std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
                                     const Candidate& best, const std::vector<Shape>& shapes,
@@ -306,8 +373,7 @@ std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& l
   fitted = space.project(fitted);
   const double search_price =
       kPriceOfName + 2 * std::log(static_cast<double>(shapes.size()) / 30.0);
-  const Eigen::MatrixXd named =
-      orthonormal(space.project(library.signals));  // all the catalogue can say
+  const std::vector<Eigen::MatrixXd> named = spans_of_pairs(space, library);
   std::optional<Finding> found;
   for (const auto& units : kept) {
     Eigen::MatrixXd known(space.rows(), parameter_count(library, units));
@@ -319,9 +385,7 @@ std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& l
     const Eigen::MatrixXd K = orthonormal(space.project(known));
     const Eigen::VectorXd r = space.residual - K * (K.transpose() * space.residual);
     const Eigen::VectorXd replaced = fitted - K * (K.transpose() * fitted);
-    const double base =
-        gain_of(library, units) - kPriceOfParameter * static_cast<double>(known.cols()) -
-        kPriceOfName * static_cast<double>(units.empty() ? 0 : best.effects.size() - 1);
+    const double base = gain_of(library, units) - price_of(library, units);
     for (const Shape& shape : shapes) {
       if (shape.where.starts_with("effect ")) continue;
       Eigen::MatrixXd D = space.project(shape.columns);
@@ -330,7 +394,11 @@ std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& l
       const Eigen::MatrixXd U = orthonormal(D);
       if ((U.transpose() * replaced).squaredNorm() > kSameShape * replaced.squaredNorm()) continue;
       const Eigen::VectorXd seen = U * (U.transpose() * r);
-      if ((named.transpose() * seen).squaredNorm() > kSameShape * seen.squaredNorm()) continue;
+      if (std::any_of(named.begin(), named.end(), [&](const Eigen::MatrixXd& pair) {
+            return (pair.transpose() * seen).squaredNorm() > kSameShape * seen.squaredNorm();
+          })) {
+        continue;
+      }
       const double gain = (U.transpose() * r).squaredNorm();
       const double s =
           base + gain - search_price - kPriceOfParameter * static_cast<double>(U.cols());

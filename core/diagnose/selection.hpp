@@ -11,8 +11,8 @@
 
 namespace trammel {
 
-/// The part of an effect that is in or out as a whole: one parameter, or a rail's pair of
-/// screw_periodic.
+/// The part of an effect that is in or out as a whole: one parameter, or those that are joined (a
+/// wave's sine and cosine, a force's components).
 struct Unit {
   int effect = 0;               // place in the catalogue
   std::vector<int> parameters;  // of the effect
@@ -43,10 +43,12 @@ struct Candidate {
 };
 
 // The price, in chi^2: an effect that is not there adds its name by chance in less than 1 % of
-// campaigns (31 units of 1 or 2 terms); further rails of a named effect are cheaper. Measured:
-// README.md.
+// campaigns (31 units of 1 or 2 terms). Further units (rails) of a named effect are cheaper, by the
+// number there is to choose from: what is on one rail is often on the others, and a small effect on
+// three must not be named as another that needs one parameter. Measured: README.md.
 inline constexpr double kPriceOfName = 8.0;
 inline constexpr double kPriceOfParameter = 5.5;
+inline constexpr double kPriceOfFurther = 1.5;  // a parameter of a further unit, and 2 ln(units)
 inline constexpr double kPriceOfUnusual = 12.0;
 inline constexpr double kEvidence20To1 = 6.0;  // 2 ln 20
 
@@ -62,6 +64,10 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
 /// `best` with further effects, while each earns its price (search() ends at three).
 Candidate extend(const Library& library, Candidate best);
 
+/// `best` with those further units (rails) of its own effects that may stand for one it has, within
+/// 20:1: a value is never stated more certain than the choice of its rail.
+Candidate with_all_rails(const Library& library, const Candidate& best);
+
 /// Sets in which one effect of `best` is replaced by another whose span holds its whole fitted
 /// signal: no reading of this design carries the difference, whatever the number of parameters.
 std::vector<Candidate> structural_ties(const Library& library, const Candidate& best);
@@ -70,8 +76,8 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
 double gain_of(const Library& library, const std::vector<int>& units);
 
 /// The shape without a name that does best in place of the whole of `best` or of one of its
-/// effects, where it is another signal than those and than any the catalogue can make; its score in
-/// `score`.
+/// effects, where it is another signal than those and than any two effects of the catalogue can
+/// make; its score in `score`.
 std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
                                     const Candidate& best, const std::vector<Shape>& shapes,
                                     double& score);

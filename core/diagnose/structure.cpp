@@ -18,7 +18,7 @@ struct Neighbours {
 };
 
 Neighbours in_time(const ResidualSpace& space) {
-  Neighbours n{"readings", "successive readings agree", {}};
+  Neighbours n{"readings", kSuccessiveAgree, {}};
   for (std::size_t i = 0; i + 1 < space.readings.size(); ++i) {
     if (space.readings[i].conditions.epoch == space.readings[i + 1].conditions.epoch) {
       n.pairs.emplace_back(static_cast<int>(i), static_cast<int>(i + 1));

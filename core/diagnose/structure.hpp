@@ -19,6 +19,8 @@ struct Finding {
   int terms = 0;
 };
 
+inline constexpr const char* kSuccessiveAgree = "successive readings agree";
+
 struct StructureOptions {
   int replicates = 2000;  // where the smallest p leaves it open; a tenth of them otherwise
   double level = 0.007;   // the smallest p above this can't be significant for the family

@@ -49,6 +49,7 @@ struct EffectParameter {
   double usual_max = 0;  // beyond it a fitted value is unusual (weak: flagged, not refused)
   double usual_min =
       -std::numeric_limits<double>::infinity();  // replaced by -usual_max when not stated
+  bool joined = false;  // enters and leaves a model with the parameter before it
   [[nodiscard]] double low() const { return usual_min < -usual_max ? -usual_max : usual_min; }
 };
 

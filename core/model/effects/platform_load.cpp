@@ -9,7 +9,9 @@ Effect platform_load() {
               "drives yielding to a constant force or torque on the platform: payload, hose, tilt "
               "of the table",
           .needs = {Need::travel},
-          .parameters = {{"fx", "mm", -1, 1.0}, {"fy", "mm", -1, 1.0}, {"m", "mm^2", -1, 100.0}},
+          .parameters = {{"fx", "mm", -1, 1.0},
+                         {.name = "fy", .unit = "mm", .usual_max = 1.0, .joined = true},
+                         {"m", "mm^2", -1, 100.0}},
           .basis = [](const Moment& moment, int k) {
             Deviation d;
             d.dl_mm = moment.J_V.row(k).transpose();

@@ -11,6 +11,7 @@ Effect screw_periodic() {
   for (int rail = 0; rail < kChains; ++rail) {
     parameters.push_back({"a_" + std::to_string(rail + 1), "mm", rail, 0.1});
     parameters.push_back({"b_" + std::to_string(rail + 1), "mm", rail, 0.1});
+    parameters.back().joined = true;  // sine and cosine are one wave
   }
   return {
       .name = "screw_periodic",

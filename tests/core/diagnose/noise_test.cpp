@@ -62,7 +62,7 @@ TEST_CASE("clean campaigns have bad readings as rarely as stated", "[diagnose]")
 
 TEST_CASE("many wrong readings are structure, not single bad readings", "[diagnose]") {
   HiddenCase c = make_case({}, {}, 0, 3);
-  for (std::size_t i = 0; i < 40; ++i) c.campaign.readings[5 * i].measured->x_mm += 0.2;
+  for (std::size_t i = 0; i < 70; ++i) c.campaign.readings[3 * i].measured->x_mm += 0.2;
   const Fitted f = fitted(c.campaign);
   CHECK(bad_readings(f.space, make_library(f.space).signals).empty());
 }
