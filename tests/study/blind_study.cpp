@@ -1,10 +1,12 @@
 // Counts how often the diagnosis is right, silent or wrong, on campaigns that nobody tuned to.
 //   trammel_blind_study [--cases N] [--seed S] [--only NAME] [--verbose]
-// Prints one row per kind of campaign; scripts/blind_study builds and runs it.
+// Prints one row per kind of campaign, then what all of them say together; scripts/blind_study
+// builds and runs it.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <mutex>
@@ -13,6 +15,7 @@
 #include "core/diagnose/diagnose.hpp"
 #include "core/random.hpp"
 #include "tests/study/campaigns.hpp"
+#include "tests/study/judge.hpp"
 
 using namespace trammel;
 using namespace trammel::tests;
@@ -24,89 +27,142 @@ struct Kind {
   Design design;
   std::vector<std::string> hidden;
   double rho = 0;
+  bool mixed = false;  // design, effects and size are drawn for every campaign
 };
 
-struct Tally {
-  int cases = 0, right = 0, ambiguous = 0, silent = 0, unexplained = 0, wrong = 0, failed = 0;
-};
+std::vector<Kind> clean_kinds() {
+  return {{"clean", {}, {}},
+          {"clean, paper-80", {.name = "paper"}, {}},
+          {"clean, 2 epochs", {.epochs = 2}, {}},
+          {"clean, 3 epochs", {.epochs = 3}, {}},
+          {"clean, sigma +30 %", {.stated_over_true = 1.3}, {}},
+          {"clean, sigma -30 %", {.stated_over_true = 0.7}, {}},
+          {"clean, 100 points", {.thinning = 0.36}, {}},
+          {"clean, one direction", {.one_direction = true}, {}},
+          {"clean, correlated 0.3", {.correlation = 0.3}, {}},
+          {"clean, correlated 0.6", {.correlation = 0.6}, {}}};
+}
+
+/// What a case is made of: "backlash rho 14, 2 epochs".
+Kind hidden_kind(const std::vector<std::string>& hidden, double rho, const std::string& how = "",
+                 const Design& design = {}) {
+  std::string name;
+  for (const auto& h : hidden) name += (name.empty() ? "" : "+") + h;
+  char text[96];
+  std::snprintf(text, sizeof text, "%s rho %.0f%s%s", name.c_str(), rho, how.empty() ? "" : ", ",
+                how.c_str());
+  return {text, design, hidden, rho};
+}
 
 std::vector<Kind> kinds() {
-  std::vector<Kind> all = {{"clean", {}, {}, 0},
-                           {"clean, paper-80", {.name = "paper"}, {}, 0},
-                           {"clean, 2 epochs", {.epochs = 2}, {}, 0},
-                           {"clean, 3 epochs", {.epochs = 3}, {}, 0},
-                           {"clean, sigma +30 %", {.stated_over_true = 1.3}, {}, 0},
-                           {"clean, sigma -30 %", {.stated_over_true = 0.7}, {}, 0},
-                           {"clean, 100 points", {.thinning = 0.36}, {}, 0},
-                           {"clean, correlated 0.3", {.correlation = 0.3}, {}, 0},
-                           {"clean, correlated 0.6", {.correlation = 0.6}, {}, 0}};
+  std::vector<Kind> all = clean_kinds();
   for (const Family& f : families()) {
-    for (const double rho : {4.0, 6.0, 9.0, 14.0, 28.0}) {
-      char name[64];
-      std::snprintf(name, sizeof name, "%s rho %.0f", f.name.c_str(), rho);
-      all.push_back({name, {}, {f.name}, rho});
-    }
+    for (const double rho : {4.0, 6.0, 9.0, 14.0, 28.0}) all.push_back(hidden_kind({f.name}, rho));
   }
-  const std::vector<std::vector<std::string>> sets = {{"backlash", "lead_scale"},
-                                                      {"screw_periodic", "thermal_growth"},
-                                                      {"guide_bow", "tracker_drift"},
-                                                      {"backlash", "guide_bow"},
-                                                      {"backlash", "lead_scale", "screw_periodic"}};
-  for (const auto& set : sets) {
-    std::string name = set[0];
-    for (std::size_t i = 1; i < set.size(); ++i) name += "+" + set[i];
-    all.push_back({name + " rho 20", {}, set, 20});
-    all.push_back({name + " rho 20, 2 epochs", {.epochs = 2}, set, 20});
+  for (const std::vector<std::string>& set : {std::vector<std::string>{"backlash", "lead_scale"},
+                                              {"screw_periodic", "thermal_growth"},
+                                              {"guide_bow", "tracker_drift"},
+                                              {"backlash", "guide_bow"},
+                                              {"backlash", "lead_scale", "screw_periodic"}}) {
+    all.push_back(hidden_kind(set, 20));
+    all.push_back(hidden_kind(set, 20, "2 epochs", {.epochs = 2}));
   }
   for (const char* f : {"backlash", "lead_curvature", "screw_periodic"}) {
-    all.push_back({std::string(f) + " rho 14, sigma +30 %", {.stated_over_true = 1.3}, {f}, 14});
-    all.push_back({std::string(f) + " rho 14, sigma -30 %", {.stated_over_true = 0.7}, {f}, 14});
-    all.push_back({std::string(f) + " rho 14, correlated 0.4", {.correlation = 0.4}, {f}, 14});
-    all.push_back({std::string(f) + " rho 14, 100 points", {.thinning = 0.36}, {f}, 14});
+    all.push_back(hidden_kind({f}, 14, "sigma +30 %", {.stated_over_true = 1.3}));
+    all.push_back(hidden_kind({f}, 14, "sigma -30 %", {.stated_over_true = 0.7}));
+    all.push_back(hidden_kind({f}, 14, "correlated 0.4", {.correlation = 0.4}));
+    all.push_back(hidden_kind({f}, 14, "100 points", {.thinning = 0.36}));
+    all.push_back(hidden_kind({f}, 14, "3 epochs", {.epochs = 3}));
   }
-  all.push_back(
-      {"screw_periodic rho 14, lead 1 % wrong", {.lead_error = 0.01}, {"screw_periodic"}, 14});
-  all.push_back(
-      {"screw_periodic rho 28, lead 1 % wrong", {.lead_error = 0.01}, {"screw_periodic"}, 28});
+  for (const double rho : {14.0, 28.0}) {
+    all.push_back(hidden_kind({"screw_periodic"}, rho, "lead 1 % wrong", {.lead_error = 0.01}));
+  }
+  all.push_back({"outliers", {.outliers = 4}, {}});
+  all.push_back({"mixed", {}, {}, 0, true});
   return all;
 }
 
-std::vector<std::string> named(const Diagnosis& d) {
-  std::vector<std::string> names;
-  for (const auto& e : d.effects) names.push_back(e.name);
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const auto& n : names) text += (text.empty() ? "" : "+") + n;
-  return text.empty() ? "-" : text;
-}
-
-void count(Tally& tally, const HiddenCase& c, const Diagnosis& d) {
-  ++tally.cases;
-  switch (d.verdict) {
-    case Verdict::nothing_missing:
-      c.hidden.empty() ? ++tally.right : ++tally.silent;
-      break;
-    case Verdict::unexplained:
-      ++tally.unexplained;
-      break;
-    case Verdict::ambiguous:
-      ++tally.ambiguous;
-      break;
-    case Verdict::explained:
-      named(d) == c.hidden ? ++tally.right : ++tally.wrong;
-      break;
+/// A campaign nobody chose: design, effects and their size by chance.
+Kind draw(std::uint64_t seed) {
+  Random random = Random::stream(seed, "mixed");
+  Kind k;
+  k.design.epochs = 1 + static_cast<int>(random.below(3));
+  k.design.thinning = random.uniform() < 0.3 ? random.uniform(0.4, 1) : 1;
+  k.design.sigma_xy_mm = random.uniform() < 0.3 ? random.uniform(0.004, 0.025) : 0.010;
+  k.design.sigma_phi_deg = k.design.sigma_xy_mm * random.uniform(0.3, 0.6);
+  k.design.stated_over_true = random.uniform() < 0.3 ? random.uniform(0.7, 1.3) : 1;
+  k.design.lead_mm = random.uniform() < 0.3 ? random.uniform(4, 16) : 10;
+  k.design.correlation = random.uniform() < 0.2 ? random.uniform(0.2, 0.5) : 0;
+  if (random.uniform() < 0.15) {
+    k.design.name = "paper";
+    k.design.epochs = 1;  // its unseen points come last
   }
+  const double what = random.uniform();
+  if (what < 0.15) return k;
+  if (what < 0.22) {
+    k.design.outliers = 2 + static_cast<int>(random.below(4));
+    return k;
+  }
+  k.rho = std::exp(random.uniform(std::log(9), std::log(28)));
+  const std::uint64_t known = 10;  // of the families are in the catalogue: the first ones
+  if (what < 0.4) {
+    k.hidden = {families()[known + random.below(families().size() - known)].name};
+    return k;
+  }
+  const auto first = random.below(known);
+  k.hidden = {families()[first].name};
+  if (k.hidden.front() == "tracker_scale") {
+    k.rho = 9;  // a larger one is outside what trackers do
+    k.design = {.epochs = k.design.epochs};
+  } else if (what > 0.75 && k.design.name != "paper") {
+    const auto second =
+        (first + 1 + random.below(known - 2)) % (known - 1);  // tracker_scale is last
+    k.hidden.push_back(families()[second].name);
+  }
+  return k;
+}
+
+std::string in_words(const Kind& k) {
+  const Design& d = k.design;
+  char text[192];
+  std::snprintf(
+      text, sizeof text,
+      "%s, rho %.0f, epochs %d, sigma %.1f um and %.4f deg, stated %.2f of it, lead %.1f, "
+      "correlated %.2f, thinned %.2f, outliers %d",
+      d.name.c_str(), k.rho, d.epochs, 1000 * d.sigma_xy_mm, d.sigma_phi_deg, d.stated_over_true,
+      d.lead_mm, d.correlation, d.thinning, d.outliers);
+  return text;
+}
+
+HiddenCase make(const Kind& kind, std::uint64_t seed) {
+  std::vector<const Family*> hidden;
+  for (const auto& name : kind.hidden) hidden.push_back(&family(name));
+  return make_case(kind.design, hidden, kind.rho, seed);
+}
+
+void print_row(const std::string& name, const Tally& t) {
+  std::printf("%-46s %5d %5d %5d %5d %6d %5d | %5d %5d %5d | %4d/%-4d %4d/%-4d\n", name.c_str(),
+              t.cases, t.named, t.ambiguous, t.silent, t.unexplained, t.wrong, t.right, t.abstained,
+              t.cases - t.right - t.abstained, t.values_good, t.values, t.closed, t.explained);
+}
+
+/// Upper end of the 95 % interval (one-sided) of a rate of which `k` of `n` were seen.
+double upper_95(int k, int n) {
+  double low = 0, high = 1;
+  for (int i = 0; i < 60; ++i) {
+    const double p = 0.5 * (low + high);
+    double term = std::pow(1 - p, n), sum = term;
+    for (int j = 0; j < k; ++j) sum += term *= (n - j) / (j + 1.0) * p / (1 - p);
+    (sum > 0.05 ? low : high) = p;
+  }
+  return low;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"How often the diagnosis is right, silent or wrong"};
-  int cases = 20, threads = 2;
+  int cases = 20, first = 0, threads = 2;
   std::uint64_t seed = 1;
   std::string only;
   bool verbose = false;
@@ -114,43 +170,50 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed, "of the first campaign");
   app.add_option("--only", only, "kinds whose name contains this");
   app.add_option("--threads", threads, "campaigns at a time");
-  app.add_flag("--verbose", verbose, "a line for each that is not right");
+  app.add_option("--first", first, "number of the first campaign of each kind (0)");
+  app.add_flag("--verbose", verbose, "a line for each answer that was given");
   CLI11_PARSE(app, argc, argv);
-  std::printf("%-52s %6s %6s %6s %6s %6s %6s\n", "kind", "cases", "right", "ambig", "silent",
-              "unexpl", "WRONG");
+  std::printf("%-46s %5s %5s %5s %5s %6s %5s | %5s %5s %5s | %9s %9s\n", "kind", "cases", "named",
+              "ambig", "silent", "unexpl", "WRONG", "right", "abst.", "wrong", "values", "closed");
+  Tally clean, all;
   for (const Kind& kind : kinds()) {
     if (kind.name.find(only) == std::string::npos) continue;
     Tally tally;
     std::map<std::string, int> said;
     std::mutex mutex;
-    std::atomic<int> next{0};
+    std::atomic<int> next{first};
     const auto work = [&] {
-      for (int i = next++; i < cases; i = next++) {
-        std::vector<const Family*> hidden;
-        for (const auto& name : kind.hidden) hidden.push_back(&family(name));
-        const HiddenCase c = make_case(kind.design, hidden, kind.rho,
-                                       mix(seed, kind.name, static_cast<std::uint64_t>(i)));
+      for (int i = next++; i < first + cases; i = next++) {
+        const std::uint64_t own = mix(seed, kind.name, static_cast<std::uint64_t>(i));
+        const Kind drawn = kind.mixed ? draw(own) : kind;
+        const HiddenCase c = make(drawn, own);
         DiagnoseOptions options;
         options.threads = 1;
         const Diagnosis d = diagnose(c.campaign, options);
+        const Judgement judged = judge(c, d);
         const std::lock_guard lock(mutex);
-        count(tally, c, d);
-        std::string line = to_string(d.verdict) + " " + joined(named(d));
-        for (const Rival& r : d.rivals) line += " | " + joined(r.names);
-        if (d.verdict == Verdict::unexplained && !d.structure.empty())
-          line += " @ " + d.structure[0].where + ", " + d.structure[0].when;
-        ++said[line];
+        tally.add(judged);
+        ++said[(judged.right() ? "  " : "! ") + in_words(c, d, judged) +
+               (kind.mixed ? " (campaign " + std::to_string(i) + ": " + in_words(drawn) + ")"
+                           : "")];
       }
     };
     std::vector<std::thread> pool;
     for (int t = 1; t < threads; ++t) pool.emplace_back(work);
     work();
     for (auto& t : pool) t.join();
-    std::printf("%-52s %6d %6d %6d %6d %6d %6d\n", kind.name.c_str(), tally.cases, tally.right,
-                tally.ambiguous, tally.silent, tally.unexplained, tally.wrong);
+    print_row(kind.name, tally);
+    if (kind.name.starts_with("clean")) clean.add(tally);
+    all.add(tally);
     if (verbose) {
       for (const auto& [line, n] : said) std::printf("      %3d x %s\n", n, line.c_str());
     }
     std::fflush(stdout);
+  }
+  print_row("all", all);
+  if (clean.cases > 0) {
+    const int alarms = clean.cases - clean.right;
+    std::printf("false alarms: %d of %d clean campaigns, %.2f %%, below %.2f %% (95 %%)\n", alarms,
+                clean.cases, 100.0 * alarms / clean.cases, 100 * upper_95(alarms, clean.cases));
   }
 }

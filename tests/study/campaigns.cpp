@@ -199,10 +199,16 @@ std::vector<Reading> plan_readings(const Design& design, const Mechanism& mechan
     if (design.name != "paper") {
       for (int k = 0; k < 3; ++k)
         r.conditions.from_mm[k] =
-            r.conditions.cmd_mm[k] + (random.uniform() < 0.5 ? 1 : -1) * random.uniform(2, 10);
+            r.conditions.cmd_mm[k] +
+            (random.uniform() < 0.5 && !design.one_direction ? 1 : -1) * random.uniform(2, 10);
     }
+    const auto of_set = static_cast<std::size_t>(
+        std::count_if(all.begin(), all.end(), [&](const Visit& v) { return v.set == all[i].set; }));
+    const auto before = static_cast<std::size_t>(
+        std::count_if(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(i),
+                      [&](const Visit& v) { return v.set == all[i].set; }));
     r.conditions.epoch =
-        1 + static_cast<int>(i * static_cast<std::size_t>(design.epochs) / all.size());
+        1 + static_cast<int>(before * static_cast<std::size_t>(design.epochs) / of_set);
     time_s += random.uniform(20, 30);
     r.conditions.time_s = time_s;
     at = r.conditions.cmd_mm;
@@ -245,6 +251,20 @@ void measure(std::vector<Reading>& readings, Truth truth, bool still) {
         still ? robot.seen_pose(r.conditions) : robot.read(r.conditions, number);
     if (!seen.ok()) throw std::runtime_error("the virtual robot can't reach a planned point");
     r.measured = seen.pose;
+  }
+}
+
+/// Makes `count` of the fitted readings wrong by 0.3 mm.
+void spoil(HiddenCase& c, int count, std::uint64_t seed) {
+  Random random = Random::stream(seed, "outliers");
+  while (static_cast<int>(c.bad.size()) < count) {
+    const std::size_t at = random.below(c.campaign.readings.size());
+    Reading& r = c.campaign.readings[at];
+    if (r.set != ReadingSet::identify || std::count(c.bad.begin(), c.bad.end(), at) > 0) continue;
+    const double angle = random.uniform(0, 2 * kPi);
+    r.measured->x_mm += 0.3 * std::cos(angle);
+    r.measured->y_mm += 0.3 * std::sin(angle);
+    c.bad.push_back(at);
   }
 }
 
@@ -293,7 +313,10 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
     result.hidden.push_back(hidden[k]->name);
     result.in_catalogue = result.in_catalogue && hidden[k]->in_catalogue;
   }
+  result.still = campaign.readings;
+  measure(result.still, truth, true);
   measure(campaign.readings, truth, false);
+  spoil(result, design.outliers, seed);
   result.truth = truth;
   std::sort(result.hidden.begin(), result.hidden.end());
   return result;

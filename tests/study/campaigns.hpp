@@ -20,9 +20,11 @@ struct Design {
   double sigma_phi_deg = 0.004;
   double stated_over_true = 1;  // the sigma written into the campaign, over the tracker's
   double lead_mm = 10;
-  double lead_error = 0;   // the screw's true lead is lead_mm (1 + lead_error)
-  double correlation = 0;  // of successive readings
-  double thinning = 1;     // share of the points kept
+  double lead_error = 0;       // the screw's true lead is lead_mm (1 + lead_error)
+  double correlation = 0;      // of successive readings
+  double thinning = 1;         // share of the points kept
+  int outliers = 0;            // readings that are 0.3 mm off
+  bool one_direction = false;  // every rail arrives in + direction
 };
 
 /// A kind of error, drawn at random: which rails, sign, phase.
@@ -37,7 +39,9 @@ struct HiddenCase {
   Campaign campaign;
   std::vector<std::string> hidden;  // names, rising; empty: nothing
   bool in_catalogue = true;
-  simulate::Truth truth;  // what was hidden
+  simulate::Truth truth;         // what was hidden
+  std::vector<Reading> still;    // the same readings without noise
+  std::vector<std::size_t> bad;  // places of readings that are wrong for certain
 };
 
 /// A campaign in which all of `hidden` act. Each is sized so that noise-free readings keep a chi^2

@@ -20,7 +20,7 @@ Json diagnosed(const Campaign& campaign) {
   const Stage& stage = find_stage("diagnose");
   Json details = stage.run(campaign, stage.complete({{"replicates", 200}})).details;
   details.erase("models");
-  Json answer = {{"schema", "trammel/diagnose/1"}};
+  Json answer = {{"schema", "trammel/diagnose/1"}, {"kind", kind_text(campaign.simulated)}};
   answer.update(details);
   CHECK(schema_errors(nlohmann::json::parse(answer.dump()), "diagnose.schema.json") == "");
   return details;

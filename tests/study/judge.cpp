@@ -1,0 +1,243 @@
+#include "tests/study/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "core/calibrate/geometry_fit.hpp"
+#include "core/diagnose/selection.hpp"
+#include "core/simulate/virtual_robot.hpp"
+#include "core/units.hpp"
+
+namespace trammel::tests {
+
+namespace {
+
+std::vector<Reading> fitted(const std::vector<Reading>& readings) {
+  std::vector<Reading> of_set;
+  std::copy_if(readings.begin(), readings.end(), std::back_inserter(of_set),
+               [](const Reading& r) { return r.set == ReadingSet::identify; });
+  return of_set;
+}
+
+/// chi^2 of noise-free readings: what the base leaves, and what the best set with other names
+/// leaves of that (none is a superset).
+struct Left {
+  double base = 0, rival = 0;
+};
+Left left_of(const HiddenCase& c) {
+  const TrackerSigma sigma{c.truth.tracker.sigma_xy_mm, c.truth.tracker.sigma_phi_rad};
+  const std::vector<Reading> readings = fitted(c.still);
+  const ResidualSpace space = residual_space(
+      fit_geometry(nominal_model(c.campaign.mechanism), readings, sigma), readings, sigma);
+  const Library library = make_library(space);
+  double least = space.residual.squaredNorm();
+  for (const Candidate& candidate :
+       search(library, static_cast<int>(std::max<std::size_t>(1, c.hidden.size())))) {
+    std::vector<std::string> names = names_of(candidate);
+    std::sort(names.begin(), names.end());
+    if (std::includes(names.begin(), names.end(), c.hidden.begin(), c.hidden.end())) continue;
+    least = std::min(least, space.residual.squaredNorm() - candidate.gain);
+  }
+  return {space.residual.squaredNorm(), least};
+}
+
+Expected expected_of(const HiddenCase& c, double margin, double left) {
+  if (c.hidden.empty()) return c.bad.empty() ? Expected::nothing : Expected::outliers;
+  if (!c.in_catalogue && left < kVisible) return Expected::hardly_visible;
+  if (!c.in_catalogue) return margin > kFar ? Expected::unexplained : Expected::not_confident;
+  return margin > kClear ? Expected::named : Expected::among;
+}
+
+std::vector<std::string> names_said(const Diagnosis& d) {
+  std::vector<std::string> names;
+  for (const NamedEffect& e : d.effects) names.push_back(e.name);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool among_candidates(const HiddenCase& c, const Diagnosis& d) {
+  std::vector<std::string> candidates = names_said(d);
+  for (const Rival& r : d.rivals)
+    candidates.insert(candidates.end(), r.names.begin(), r.names.end());
+  return std::all_of(c.hidden.begin(), c.hidden.end(), [&](const std::string& name) {
+    return std::count(candidates.begin(), candidates.end(), name) > 0;
+  });
+}
+
+bool all_outliers_named(const HiddenCase& c, const Diagnosis& d) {
+  std::vector<int> bad;
+  for (const std::size_t at : c.bad) bad.push_back(c.campaign.readings[at].seq);
+  std::sort(bad.begin(), bad.end());
+  return d.effects.size() == 1 && d.effects.front().seqs == bad;
+}
+
+/// All of it, or the part that is all that shows.
+bool is_part(const std::vector<std::string>& said, const std::vector<std::string>& hidden) {
+  return !said.empty() && std::includes(hidden.begin(), hidden.end(), said.begin(), said.end());
+}
+
+Judgement::Mark mark_of(const HiddenCase& c, const Diagnosis& d, Expected expected) {
+  using Mark = Judgement::Mark;
+  const bool confident = d.verdict == Verdict::explained;
+  const bool silent = d.verdict == Verdict::nothing_missing;
+  const auto right_or = [&](bool right) {
+    return right ? Mark::right : confident || silent ? Mark::wrong : Mark::abstained;
+  };
+  switch (expected) {
+    case Expected::nothing:
+      return silent ? Mark::right : confident ? Mark::wrong : Mark::abstained;
+    case Expected::outliers:
+      return right_or(confident && all_outliers_named(c, d));
+    case Expected::named:
+      return right_or(confident && names_said(d) == c.hidden);
+    case Expected::among:
+      return right_or((confident && is_part(names_said(d), c.hidden)) ||
+                      (d.verdict == Verdict::ambiguous && among_candidates(c, d)));
+    case Expected::unexplained:
+      return right_or(d.verdict == Verdict::unexplained);
+    case Expected::hardly_visible:
+      return confident ? Mark::wrong : Mark::right;
+    case Expected::not_confident:
+      return right_or(!confident && !silent);
+  }
+  return Mark::abstained;
+}
+
+/// What was hidden, in the words of the report; zeros left out.
+std::map<std::string, double> parameters_of(const simulate::Truth& t) {
+  std::map<std::string, double> all;
+  for (int i = 0; i < kChains; ++i) {
+    const std::string n = std::to_string(i + 1);
+    all["lead_scale k_" + n] = t.drive.lead_scale[i];
+    all["lead_curvature q_" + n] = t.drive.lead_curvature_per_mm[i];
+    all["screw_periodic a_" + n] = t.drive.screw_sin_mm[i];
+    all["screw_periodic b_" + n] = t.drive.screw_cos_mm[i];
+    all["backlash w_" + n] = t.drive.backlash_mm[i];
+    all["thermal_growth c_" + n] = t.drive.thermal_growth_per_k[i];
+    all["guide_bow c_" + n] = t.drive.guide_bow_per_mm[i];
+    for (int j = 0; j < kChains; ++j) {
+      if (i == j) continue;
+      all["axis_crosstalk m_" + n + std::to_string(j + 1)] = t.drive.axis_crosstalk(i, j);
+    }
+  }
+  all["platform_load fx"] = t.drive.load_mm[0];
+  all["platform_load fy"] = t.drive.load_mm[1];
+  all["platform_load m"] = t.drive.load_mm2;
+  all["tracker_drift vx"] = t.tracker.drift_per_h.x_mm;
+  all["tracker_drift vy"] = t.tracker.drift_per_h.y_mm;
+  std::erase_if(all, [](const auto& entry) { return entry.second == 0; });
+  return all;
+}
+
+void compare_values(const HiddenCase& c, const Diagnosis& d, Judgement& judged) {
+  const auto hidden = parameters_of(c.truth);
+  std::map<std::string, const NamedParameter*> told;
+  for (const NamedEffect& e : d.effects) {
+    for (const NamedParameter& p : e.parameters) told[e.name + " " + p.name] = &p;
+  }
+  for (const auto& [name, value] : hidden) {
+    ++judged.values;
+    const auto at = told.find(name);
+    if (at == told.end()) continue;
+    judged.values_good += std::abs(at->second->value - value) <= 4 * at->second->std;
+  }
+}
+
+/// rms over x and y, at poses no step has seen, of predicted minus true pose.
+double unseen_rms_mm(const HiddenCase& c, const Diagnosis& d) {
+  double sum = 0, count = 0;
+  for (const Reading& still : c.still) {
+    if (still.set != ReadingSet::validate) continue;
+    const Prediction at = predict(d.fit.model, still.conditions);
+    if (!at.ok()) return INFINITY;
+    sum += (at.pose.vector() - still.measured->vector()).head<2>().squaredNorm();
+    count += 2;
+  }
+  return std::sqrt(sum / count);
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& n : names) text += (text.empty() ? "" : "+") + n;
+  return text.empty() ? "-" : text;
+}
+
+}  // namespace
+
+Judgement judge(const HiddenCase& c, const Diagnosis& d) {
+  Judgement judged;
+  const Left left = left_of(c);
+  judged.margin = left.rival;
+  judged.expected = expected_of(c, left.rival, left.base);
+  judged.verdict = d.verdict;
+  judged.mark = mark_of(c, d, judged.expected);
+  judged.names_right = names_said(d) == c.hidden || (c.hidden.empty() && all_outliers_named(c, d));
+  if (judged.right() && d.verdict == Verdict::explained && !c.hidden.empty()) {
+    compare_values(c, d, judged);
+    judged.unseen_rms_mm = unseen_rms_mm(c, d);
+    judged.closed = judged.unseen_rms_mm <= 0.5 * c.truth.tracker.sigma_xy_mm;
+  }
+  return judged;
+}
+
+std::string in_words(const HiddenCase& c, const Diagnosis& d, const Judgement& judged) {
+  std::string line = to_string(d.verdict) + " " + joined(names_said(d));
+  for (const Rival& r : d.rivals) line += " | " + joined(r.names);
+  if (d.verdict == Verdict::unexplained && !d.structure.empty())
+    line += " @ " + d.structure[0].where + ", " + d.structure[0].when;
+  if (!judged.right()) {
+    char text[64];
+    std::snprintf(text, sizeof text, ", margin %.0f", judged.margin);
+    line += "; hidden " + joined(c.hidden) + text;
+  }
+  if (judged.unseen_rms_mm > 0 && !judged.closed) {
+    char text[64];
+    std::snprintf(text, sizeof text, ", gap open by %.2f sigma",
+                  judged.unseen_rms_mm / c.truth.tracker.sigma_xy_mm);
+    line += text;
+  }
+  return line;
+}
+
+void Tally::add(const Judgement& j) {
+  ++cases;
+  switch (j.verdict) {
+    case Verdict::nothing_missing:
+      ++silent;
+      break;
+    case Verdict::unexplained:
+      ++unexplained;
+      break;
+    case Verdict::ambiguous:
+      ++ambiguous;
+      break;
+    case Verdict::explained:
+      ++(j.names_right ? named : wrong);
+      break;
+  }
+  right += j.mark == Judgement::Mark::right;
+  abstained += j.mark == Judgement::Mark::abstained;
+  values += j.values;
+  values_good += j.values_good;
+  explained += j.values > 0;
+  closed += j.closed;
+}
+
+void Tally::add(const Tally& o) {
+  cases += o.cases;
+  named += o.named;
+  ambiguous += o.ambiguous;
+  silent += o.silent;
+  unexplained += o.unexplained;
+  wrong += o.wrong;
+  right += o.right;
+  abstained += o.abstained;
+  values += o.values;
+  values_good += o.values_good;
+  explained += o.explained;
+  closed += o.closed;
+}
+
+}  // namespace trammel::tests
