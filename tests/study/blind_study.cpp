@@ -1,7 +1,7 @@
 // Counts how often the diagnosis is right, silent or wrong, on campaigns that nobody tuned to.
-//   trammel_blind_study [--cases N] [--seed S] [--only NAME] [--verbose]
+//   trammel_blind_study [--cases N] [--seed S] [--only NAME]… [--verbose] [--demand]
 // Prints one row per kind of campaign, then what all of them say together; scripts/blind_study
-// builds and runs it.
+// builds and runs it, and a small one is among the tests.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -54,10 +54,16 @@ Kind hidden_kind(const std::vector<std::string>& hidden, double rho, const std::
   return {text, design, hidden, rho};
 }
 
+/// Beyond it an effect would be larger than instruments make it.
+double largest_rho(const std::string& family) { return family == "tracker_scale" ? 9 : 1000; }
+
 std::vector<Kind> kinds() {
   std::vector<Kind> all = clean_kinds();
   for (const Family& f : families()) {
-    for (const double rho : {4.0, 6.0, 9.0, 14.0, 28.0}) all.push_back(hidden_kind({f.name}, rho));
+    for (const double rho : {4.0, 6.0, 9.0, 14.0, 28.0}) {
+      if (rho > largest_rho(f.name)) continue;
+      all.push_back(hidden_kind({f.name}, rho));
+    }
   }
   for (const std::vector<std::string>& set : {std::vector<std::string>{"backlash", "lead_scale"},
                                               {"screw_periodic", "thermal_growth"},
@@ -112,7 +118,7 @@ Kind draw(std::uint64_t seed) {
   const auto first = random.below(known);
   k.hidden = {families()[first].name};
   if (k.hidden.front() == "tracker_scale") {
-    k.rho = 9;  // a larger one is outside what trackers do
+    k.rho = largest_rho(k.hidden.front());
     k.design = {.epochs = k.design.epochs};
   } else if (what > 0.75 && k.design.name != "paper") {
     const auto second =
@@ -164,20 +170,26 @@ int main(int argc, char** argv) {
   CLI::App app{"How often the diagnosis is right, silent or wrong"};
   int cases = 20, first = 0, threads = 2;
   std::uint64_t seed = 1;
-  std::string only;
-  bool verbose = false;
+  std::vector<std::string> only;
+  bool verbose = false, demand = false;
   app.add_option("--cases", cases, "campaigns of each kind");
   app.add_option("--seed", seed, "of the first campaign");
-  app.add_option("--only", only, "kinds whose name contains this");
+  app.add_option("--only", only, "kinds whose name contains this, or one of these");
   app.add_option("--threads", threads, "campaigns at a time");
   app.add_option("--first", first, "number of the first campaign of each kind (0)");
   app.add_flag("--verbose", verbose, "a line for each answer that was given");
+  app.add_flag("--demand", demand, "fail (exit code 1) when an answer is wrong");
   CLI11_PARSE(app, argc, argv);
+  const auto asked = [&only](const Kind& kind) {
+    return only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& part) {
+             return kind.name.find(part) != std::string::npos;
+           });
+  };
   std::printf("%-46s %5s %5s %5s %5s %6s %5s | %5s %5s %5s | %9s %9s\n", "kind", "cases", "named",
               "ambig", "silent", "unexpl", "WRONG", "right", "abst.", "wrong", "values", "closed");
   Tally clean, all;
   for (const Kind& kind : kinds()) {
-    if (kind.name.find(only) == std::string::npos) continue;
+    if (!asked(kind)) continue;
     Tally tally;
     std::map<std::string, int> said;
     std::mutex mutex;
@@ -216,4 +228,5 @@ int main(int argc, char** argv) {
     std::printf("false alarms: %d of %d clean campaigns, %.2f %%, below %.2f %% (95 %%)\n", alarms,
                 clean.cases, 100.0 * alarms / clean.cases, 100 * upper_95(alarms, clean.cases));
   }
+  return demand && (all.cases == 0 || all.right + all.abstained < all.cases) ? 1 : 0;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tests/core/diagnose/space.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/support/catch.hpp"
 
@@ -9,16 +10,6 @@ using namespace trammel;
 using namespace trammel::tests;
 
 namespace {
-
-ResidualSpace space_of(const Campaign& campaign) {
-  std::vector<Reading> readings;
-  for (const Reading& r : campaign.readings) {
-    if (r.set == ReadingSet::identify) readings.push_back(r);
-  }
-  const GeometryFit fit =
-      fit_geometry(nominal_model(campaign.mechanism), readings, *campaign.tracker);
-  return residual_space(fit, readings, *campaign.tracker);
-}
 
 const AuditRow& row(const std::vector<AuditRow>& audit, const std::string& effect) {
   return *std::find_if(audit.begin(), audit.end(),

@@ -1,6 +1,7 @@
 #include "core/diagnose/structure.hpp"
 
 #include "core/random.hpp"
+#include "tests/core/diagnose/space.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/support/catch.hpp"
 
@@ -10,14 +11,7 @@ using namespace trammel::tests;
 namespace {
 
 ResidualSpace clean_space(std::uint64_t seed) {
-  const Campaign campaign = make_case({.thinning = 0.4}, {}, 0, seed).campaign;
-  std::vector<Reading> readings;
-  for (const Reading& r : campaign.readings) {
-    if (r.set == ReadingSet::identify) readings.push_back(r);
-  }
-  const GeometryFit fit =
-      fit_geometry(nominal_model(campaign.mechanism), readings, *campaign.tracker);
-  return residual_space(fit, readings, *campaign.tracker);
+  return space_of(make_case({.thinning = 0.4}, {}, 0, seed).campaign);
 }
 
 }  // namespace
