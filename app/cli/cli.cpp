@@ -8,6 +8,7 @@
 #include <new>
 
 #include "app/cli/suggest.hpp"
+#include "app/exchange/numbers.hpp"
 
 namespace trammel::cli {
 
@@ -143,6 +144,28 @@ int run_chosen(const Context& context) {
   }
 }
 
+/// Numbers on the line are read as strictly as in files: decimal, finite, nothing after them.
+void only_decimal_numbers(CLI::App& app) {
+  const CLI::Validator number(
+      [](std::string& word) {
+        return parse_number(word) ? std::string() : "'" + word + "' is no decimal number";
+      },
+      "");
+  const CLI::Validator count(
+      [](std::string& word) {
+        return parse_integer(word) ? std::string() : "'" + word + "' is no whole number";
+      },
+      "");
+  for (CLI::Option* option : app.get_options()) {
+    const std::string type = option->get_type_name();
+    if (type.starts_with("FLOAT")) option->check(number);
+    if (type.starts_with("INT") || type.starts_with("UINT")) option->check(count);
+  }
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    only_decimal_numbers(*command);
+  }
+}
+
 }  // namespace
 
 std::string exit_codes_text() {
@@ -159,7 +182,8 @@ void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands)
       "planar 3-PRR parallel robot under a laser tracker.");
   app.footer(
       "\n" + exit_codes_text() +
-      "stdout is data, stderr is talk. Database: --db FILE, else TRAMMEL_DB, else ./trammel.db.");
+      "stdout is data, stderr is talk. Anywhere on the line: --json (one JSON object instead of\n"
+      "text), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db).");
   app.set_version_flag("--version", std::string("trammel ") + TRAMMEL_VERSION,
                        "Print the version and stop");
   app.get_formatter()->column_width(34);
@@ -169,6 +193,7 @@ void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands)
   app.add_flag("--json", context.json, "Print one JSON object instead of text");
   app.add_flag("--quiet", context.quiet, "No talk on stderr, errors only");
   for (const Setup setup : commands) setup(app, context);
+  only_decimal_numbers(app);
 }
 
 int run_cli(const std::vector<std::string>& words, const std::vector<Setup>& commands) {

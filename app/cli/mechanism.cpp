@@ -2,16 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <map>
 #include <vector>
 
+#include "app/cli/mechanism_maps.hpp"
+#include "app/exchange/commands_csv.hpp"
 #include "app/exchange/mechanism_json.hpp"
 #include "app/exchange/numbers.hpp"
+#include "app/session/plan_json.hpp"
+#include "core/mechanism/error_model.hpp"
 #include "core/mechanism/forward.hpp"
-#include "core/mechanism/sensitivity.hpp"
+#include "core/mechanism/velocity.hpp"
 #include "core/mechanism/workspace.hpp"
-#include "core/plan/grids.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {
@@ -21,17 +22,20 @@ namespace {
 struct MechanismOptions {
   std::string file;
   std::vector<double> values;  // poses or displacements, three by three
-  double half_width_mm = 100;
-  double step_mm = 10;
-  double phi_deg = 0;
-  double angle_deg = 0.001;
-  double length_mm = 0.05;
+  std::string batch;           // ik: plan file or grid; fk: CSV of commands
+  std::vector<double> velocity;
+  std::vector<double> acceleration;
+  bool jacobians = false;
 };
 
-Json rails_json(const Displacements& l_mm) { return {l_mm[0], l_mm[1], l_mm[2]}; }
+Json rails_json(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+Json degrees_json(const Eigen::Vector3d& rad) {
+  return {deg_from_rad(rad[0]), deg_from_rad(rad[1]), deg_from_rad(rad[2])};
+}
 
 std::vector<Eigen::Vector3d> triples(const std::vector<double>& values, const char* field) {
-  if (values.empty() || values.size() % 3 != 0) {
+  if (values.size() % 3 != 0) {
     throw UsageError({.what = "numbers come in threes",
                       .where = {.field = field},
                       .got = fmt::format("{} numbers", values.size())});
@@ -44,6 +48,18 @@ std::vector<Eigen::Vector3d> triples(const std::vector<double>& values, const ch
     }
   }
   return all;
+}
+
+[[noreturn]] void need(const char* one, const char* other) {
+  throw UsageError({.what = "nothing to solve", .expected = fmt::format("{} or {}", one, other)});
+}
+
+/// x', y' in mm/s and phi' in deg/s (or per s^2) as typed, in rad inside.
+Eigen::Vector3d rates(const std::vector<double>& typed, const char* field) {
+  if (typed.empty()) return Eigen::Vector3d::Zero();
+  Eigen::Vector3d v = triples(typed, field).front();
+  v[2] = rad_from_deg(v[2]);
+  return v;
 }
 
 ExitCode run_check(const MechanismOptions& options, Context& context) {
@@ -62,7 +78,7 @@ ExitCode run_check(const MechanismOptions& options, Context& context) {
     context.print(
         fmt::format("3-PRR, screw lead {} mm, stroke {} to {} mm\n"
                     "home: l = {:.4f}, {:.4f}, {:.4f} mm, {:.1f} mm of stroke left, "
-                    "singularity margin {:.3f}",
+                    "singularity margin {:.3f} (0 singular, 1 best)",
                     mechanism.screw_lead_mm, mechanism.limits.l_min_mm, mechanism.limits.l_max_mm,
                     l[0], l[1], l[2], home.stroke_left_mm, home.singularity.margin()));
   } else {
@@ -72,32 +88,81 @@ ExitCode run_check(const MechanismOptions& options, Context& context) {
   return home.ok() ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
+/// Rows of a matrix as they are computed: mm and rad.
+template <class Matrix>
+Json matrix_json(const Matrix& M) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < M.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < M.cols(); ++j) row.push_back(M(i, j));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Joint rates under platform rates (Eqs. 5-8), as lines of text and fields of `row`.
+std::string add_rates(const MechanismOptions& options, const Geometry& geometry, const Pose& pose,
+                      const InverseResult& at, Json& row) {
+  std::string text;
+  const auto add = [&](const char* order, const char* per, const JointRates& r) {
+    row[fmt::format("l_{}_mm_{}", order, per)] = rails_json(r.l);
+    row[fmt::format("theta_{}_deg_{}", order, per)] = degrees_json(r.theta);
+    text += fmt::format("{:>32} {:>11.6f} {:>11.6f} {:>11.6f}  mm/{}\n", fmt::format("l {}", order),
+                        r.l[0], r.l[1], r.l[2], std::string(per) == "s" ? "s" : "s^2");
+  };
+  const Eigen::Vector3d X_dot = rates(options.velocity, "--velocity");
+  if (!options.velocity.empty()) add("velocity", "s", joint_velocity(geometry, pose, at, X_dot));
+  if (!options.acceleration.empty()) {
+    const Eigen::Vector3d X_ddot = rates(options.acceleration, "--acceleration");
+    add("acceleration", "s2", joint_acceleration(geometry, pose, at, X_dot, X_ddot));
+  }
+  return text;
+}
+
+std::vector<Pose> poses_of(const MechanismOptions& options) {
+  std::vector<Pose> poses;
+  for (const Eigen::Vector3d& v : triples(options.values, "--pose")) {
+    poses.push_back({v[0], v[1], rad_from_deg(v[2])});
+  }
+  if (!options.batch.empty()) {
+    for (const PlannedPoint& p : session::plan_of(options.batch).points) poses.push_back(p.target);
+  }
+  if (poses.empty()) need("--pose", "--plan");
+  return poses;
+}
+
 ExitCode run_ik(const MechanismOptions& options, Context& context) {
   const Mechanism mechanism = read_mechanism_file(options.file);
   Json rows = Json::array();
   std::string text =
       "      x mm       y mm    phi deg       l1 mm       l2 mm       l3 mm  margin\n";
   bool all_ok = true;
-  for (const Eigen::Vector3d& v : triples(options.values, "--pose")) {
-    const Pose pose{v[0], v[1], rad_from_deg(v[2])};
+  for (const Pose& pose : poses_of(options)) {
     const Reach at = reach(mechanism, pose);
     all_ok = all_ok && at.ok();
     Json row = {{"pose", pose_json(pose)}, {"status", name_of(at.status)}};
-    text += fmt::format("{:>10.4f} {:>10.4f} {:>10.4f}", v[0], v[1], v[2]);
+    text += fmt::format("{:>10.4f} {:>10.4f} {:>10.4f}", rounded(pose.x_mm, 4),
+                        rounded(pose.y_mm, 4), rounded(deg_from_rad(pose.phi_rad), 4));
+    std::string more;
     if (at.at.ok()) {
       row["l_mm"] = rails_json(at.at.l_mm);
-      row["theta_deg"] = {deg_from_rad(at.at.theta_rad[0]), deg_from_rad(at.at.theta_rad[1]),
-                          deg_from_rad(at.at.theta_rad[2])};
+      row["theta_deg"] = degrees_json(at.at.theta_rad);
       row["stroke_left_mm"] = at.stroke_left_mm;
       row["singularity_margin"] = at.singularity.margin();
       text += fmt::format(" {:>11.6f} {:>11.6f} {:>11.6f}  {:>6.3f}", at.at.l_mm[0], at.at.l_mm[1],
                           at.at.l_mm[2], at.singularity.margin());
+      more = add_rates(options, mechanism.geometry, pose, at.at, row);
+      if (options.jacobians) {
+        const VelocityEquation equation = velocity_equation(mechanism.geometry, pose, at.at);
+        row["J_V_mm_rad"] = matrix_json(velocity_jacobian(equation));
+        row["J_e_mm_rad"] = matrix_json(error_jacobian(mechanism.geometry, pose, at.at));
+      }
     }
     if (!at.ok()) {
       row["chain"] = at.chain + 1;
       text += fmt::format("  {}, chain {}", name_of(at.status), at.chain + 1);
     }
-    text += "\n";
+    text += "\n" + more;
     rows.push_back(row);
   }
   context.json ? context.print("mechanism-ik", {{"poses", rows}}) : context.print(text);
@@ -109,12 +174,24 @@ const char* name_of_status(ForwardResult::Status status) {
   return kNames[static_cast<int>(status)];
 }
 
+std::vector<Displacements> displacements_of(const MechanismOptions& options,
+                                            const Mechanism& mechanism) {
+  std::vector<Displacements> all = triples(options.values, "--l");
+  if (!options.batch.empty()) {
+    for (const CommandRow& row : read_commands_csv(options.batch, mechanism)) {
+      all.push_back(row.conditions.cmd_mm);
+    }
+  }
+  if (all.empty()) need("--l", "--commands");
+  return all;
+}
+
 ExitCode run_fk(const MechanismOptions& options, Context& context) {
   const Mechanism mechanism = read_mechanism_file(options.file);
   Json rows = Json::array();
   std::string text = "     l1 mm      l2 mm      l3 mm        x mm        y mm     phi deg\n";
   bool all_ok = true;
-  for (const Eigen::Vector3d& l : triples(options.values, "--l")) {
+  for (const Displacements& l : displacements_of(options, mechanism)) {
     const ForwardResult at = forward(mechanism.geometry, l, mechanism.home);
     all_ok = all_ok && at.ok();
     Json row = {{"l_mm", rails_json(l)}, {"status", name_of_status(at.status)}};
@@ -122,96 +199,18 @@ ExitCode run_fk(const MechanismOptions& options, Context& context) {
     if (at.ok()) {
       row["pose"] = pose_json(at.pose);
       row["iterations"] = at.iterations;
-      text += fmt::format(" {:>11.6f} {:>11.6f} {:>11.7f}\n", at.pose.x_mm, at.pose.y_mm,
-                          deg_from_rad(at.pose.phi_rad));
-    } else {
+      text += fmt::format(" {:>11.6f} {:>11.6f} {:>11.7f}\n", rounded(at.pose.x_mm, 6),
+                          rounded(at.pose.y_mm, 6), rounded(deg_from_rad(at.pose.phi_rad), 7));
+    } else if (at.status == ForwardResult::Status::singular) {
       text += fmt::format("  {}\n", name_of_status(at.status));
+    } else {
+      row["chain"] = at.chain + 1;
+      text += fmt::format("  {}, chain {}\n", name_of_status(at.status), at.chain + 1);
     }
     rows.push_back(row);
   }
   context.json ? context.print("mechanism-fk", {{"displacements", rows}}) : context.print(text);
   return all_ok ? ExitCode::ok : ExitCode::not_acceptable;
-}
-
-ExitCode run_sensitivity(const MechanismOptions& options, Context& context) {
-  const Mechanism mechanism = read_mechanism_file(options.file);
-  std::vector<Pose> poses = lattice(options.half_width_mm, options.step_mm);
-  for (Pose& pose : poses) pose.phi_rad = rad_from_deg(options.phi_deg);
-  const SensitivityShares shares =
-      sensitivity(mechanism.geometry, poses, {rad_from_deg(options.angle_deg), options.length_mm});
-  Json rows = Json::array();
-  std::string text = "source      share of dx   of dy   of dphi\n";
-  for (int j = 0; j < kPaperParameters; ++j) {
-    const std::string& name = geometry_parameters()[static_cast<std::size_t>(j)].name;
-    rows.push_back(
-        {{"source", name}, {"x", shares(0, j)}, {"y", shares(1, j)}, {"phi", shares(2, j)}});
-    text += fmt::format("{:<10} {:>10.2f} % {:>6.2f} % {:>6.2f} %\n", name, 100 * shares(0, j),
-                        100 * shares(1, j), 100 * shares(2, j));
-  }
-  if (context.json) {
-    context.print("mechanism-sensitivity", {{"angle_deg", options.angle_deg},
-                                            {"length_mm", options.length_mm},
-                                            {"n_poses", poses.size()},
-                                            {"shares", rows}});
-  } else {
-    context.print(text);
-  }
-  return ExitCode::ok;
-}
-
-/// One character per cell: how far from singular in tenths, or why it cannot be reached.
-std::string map_text(const std::vector<WorkspaceCell>& map) {
-  const std::map<Reach::Status, char> kSigns = {{Reach::Status::unreachable, '.'},
-                                                {Reach::Status::limit, '-'},
-                                                {Reach::Status::not_finite, '?'}};
-  std::vector<std::string> lines;
-  double y = 0;
-  for (const WorkspaceCell& cell : map) {
-    if (lines.empty() || cell.pose.y_mm != y) lines.emplace_back();
-    y = cell.pose.y_mm;
-    const int tenths = std::min(9, static_cast<int>(10 * cell.reach.singularity.margin()));
-    lines.back() +=
-        cell.reach.ok() ? static_cast<char>('0' + tenths) : kSigns.at(cell.reach.status);
-  }
-  std::reverse(lines.begin(), lines.end());  // y upwards
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text +
-         "digits: singularity margin in tenths; '-': beyond a stroke limit; '.': out of reach";
-}
-
-ExitCode run_workspace(const MechanismOptions& options, Context& context) {
-  const Mechanism mechanism = read_mechanism_file(options.file);
-  const auto map =
-      workspace(mechanism, {options.half_width_mm, options.step_mm, rad_from_deg(options.phi_deg)});
-  if (!context.json) {
-    context.print(map_text(map));
-    return ExitCode::ok;
-  }
-  Json cells = Json::array();
-  std::size_t n_ok = 0;
-  for (const WorkspaceCell& cell : map) {
-    Json row = {
-        {"x_mm", cell.pose.x_mm}, {"y_mm", cell.pose.y_mm}, {"status", name_of(cell.reach.status)}};
-    if (cell.reach.ok()) {
-      row["stroke_left_mm"] = cell.reach.stroke_left_mm;
-      row["singularity_margin"] = cell.reach.singularity.margin();
-      ++n_ok;
-    }
-    cells.push_back(row);
-  }
-  context.print("mechanism-workspace", {{"phi_deg", options.phi_deg},
-                                        {"n_cells", map.size()},
-                                        {"n_reachable", n_ok},
-                                        {"cells", cells}});
-  return ExitCode::ok;
-}
-
-void grid_options(CLI::App& command, MechanismOptions& options) {
-  command.add_option("--half-width", options.half_width_mm, "of the grid, mm")
-      ->capture_default_str();
-  command.add_option("--step", options.step_mm, "of the grid, mm")->capture_default_str();
-  command.add_option("--phi", options.phi_deg, "orientation, deg")->capture_default_str();
 }
 
 }  // namespace
@@ -227,19 +226,23 @@ void setup_mechanism(CLI::App& app, Context& context) {
     return std::pair<CLI::App*, MechanismOptions*>(&command, options.get());
   };
   verb("check", "Is it usable, and where is home", run_check);
-  const auto ik = verb("ik", "Displacements that reach poses", run_ik);
-  ik.first->add_option("--pose", ik.second->values, "x mm, y mm, phi deg (repeatable)")->required();
-  const auto fk = verb("fk", "Poses at displacements", run_fk);
-  fk.first->add_option("--l", fk.second->values, "l1 l2 l3 in mm (repeatable)")->required();
-  const auto shares =
-      verb("sensitivity", "Share of each error source in the pose error (Eq. 20)", run_sensitivity);
-  grid_options(*shares.first, *shares.second);
-  shares.first->add_option("--angle", shares.second->angle_deg, "error of all angles, deg")
-      ->capture_default_str();
-  shares.first->add_option("--length", shares.second->length_mm, "error of all lengths, mm")
-      ->capture_default_str();
-  const auto map = verb("workspace", "What is reachable, and how far from singular", run_workspace);
-  grid_options(*map.first, *map.second);
+  const auto [ik, ik_options] = verb("ik", "Displacements that reach poses", run_ik);
+  ik->add_option("--pose", ik_options->values, "x mm, y mm, phi deg (repeatable)");
+  ik->add_option("--plan", ik_options->batch, "the targets of a plan: file, or name of a grid");
+  ik->add_option("--velocity", ik_options->velocity,
+                 "of the platform, mm/s mm/s deg/s: what the rails do at each pose (Eq. 6)")
+      ->expected(3);
+  ik->add_option("--acceleration", ik_options->acceleration,
+                 "of the platform, mm/s^2 mm/s^2 deg/s^2 (Eq. 8)")
+      ->expected(3);
+  ik->add_flag("--jacobians", ik_options->jacobians,
+               "with --json: J_V (Eq. 13) and J_e (Eq. 19, the paper's 18 columns, then h_1 h_2 "
+               "h_3), in mm and rad");
+  const auto [fk, fk_options] = verb("fk", "Poses at displacements", run_fk);
+  fk->add_option("--l", fk_options->values, "l1 l2 l3 in mm (repeatable)");
+  fk->add_option("--commands", fk_options->batch,
+                 "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv");
+  setup_mechanism_maps(mechanism, context);
 }
 
 }  // namespace trammel::cli

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -9,6 +11,7 @@
 #include "app/cli/plan_design.hpp"
 #include "app/exchange/files.hpp"
 #include "app/exchange/mechanism_json.hpp"
+#include "app/exchange/numbers.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/session/plan_json.hpp"
@@ -21,6 +24,7 @@ namespace trammel::cli {
 namespace {
 
 struct CreateOptions {
+  std::function<bool(const char*)> given;  // an option stands on the line
   std::string grid;
   std::string name;  // default: the grid's
   std::string out;
@@ -49,7 +53,7 @@ struct CreateOptions {
   DesignOptions design = {.effects = {"lead_scale", "backlash"}};
 };
 
-constexpr double kStepMm = 10, kOptimalStepMm = 20;
+constexpr double kStepMm = 10, kPaper48StepMm = 20, kOptimalStepMm = 20;
 constexpr int kCirclePoints = 72, kOptimalPoints = 40;
 const std::vector<double> kOptimalOrientationsDeg = {-5, 0, 5};
 
@@ -67,6 +71,7 @@ Mechanism mechanism_of(const std::string& file) {
 
 std::vector<TargetGroup> groups_of(const CreateOptions& o) {
   if (o.grid == "paper-80") return {{"", paper_80(o.step_mm.value_or(kStepMm), o.count)}};
+  if (o.grid == "paper-48") return {{"", paper_48(o.step_mm.value_or(kPaper48StepMm))}};
   if (o.grid == "lattice") return {{"", lattice(o.half_width_mm, o.step_mm.value_or(kStepMm))}};
   if (o.grid == "circle") {
     return {{"circle 1", circle({o.centre_mm[0], o.centre_mm[1], o.radius_mm},
@@ -140,7 +145,51 @@ Plan plan_for(const CreateOptions& o, const Context& context) {
   return build_plan(request);
 }
 
+/// Options that shape some grids only.
+struct Use {
+  const char* option;
+  std::vector<std::string> grids;
+  bool but = false;  // all grids but these
+};
+const std::vector<Use>& uses() {
+  static const std::vector<Use> all = {{"--step", {"paper-80", "paper-48", "lattice", "optimal"}},
+                                       {"--count", {"paper-80"}},
+                                       {"--half-width", {"lattice", "optimal"}},
+                                       {"--centre", {"circle"}},
+                                       {"--radius", {"circle"}},
+                                       {"--points", {"circle", "optimal"}},
+                                       {"--mechanism", {"rail", "optimal"}},
+                                       {"--travel", {"rail"}},
+                                       {"--targets", {"rail"}},
+                                       {"--runs", {"rail"}},
+                                       {"--criterion", {"optimal"}},
+                                       {"--sigma-xy", {"optimal"}},
+                                       {"--sigma-phi", {"optimal"}},
+                                       {"--effects", {"optimal"}},
+                                       {"--orientations", {"rail"}, true},
+                                       {"--seed", {"rail"}, true},
+                                       {"--set", {"rail"}, true},
+                                       {"--approach", {"rail", "optimal"}, true},
+                                       {"--repeats", {"rail", "optimal"}, true},
+                                       {"--order", {"rail", "optimal"}, true},
+                                       {"--references", {"rail", "optimal"}, true}};
+  return all;
+}
+
+/// An option that would do nothing is refused, not passed over.
+void require_used(const CreateOptions& o) {
+  for (const Use& use : uses()) {
+    const bool listed = std::find(use.grids.begin(), use.grids.end(), o.grid) != use.grids.end();
+    if (!o.given(use.option) || listed != use.but) continue;
+    throw UsageError({.what = "this option does nothing for the grid " + o.grid,
+                      .where = {.field = use.option},
+                      .expected = fmt::format("{}{}", use.but ? "a grid other than " : "",
+                                              fmt::join(use.grids, ", "))});
+  }
+}
+
 ExitCode run_create(const CreateOptions& options, Context& context) {
+  require_used(options);
   const Plan plan = plan_for(options, context);
   const std::string text = session::plan_json(plan).dump(1) + "\n";
   if (options.grid == "optimal") {
@@ -179,10 +228,10 @@ ExitCode run_show(const FileOptions& options, Context& context) {
       printable(plan.name), plan.points.size());
   for (const PlannedPoint& p : plan.points) {
     text += fmt::format("{:>4} {:>10.4f} {:>10.4f} {:>9.4f}  {:<8}  {:>6}  {:<8}  {}{}\n", p.seq,
-                        p.target.x_mm, p.target.y_mm, deg_from_rad(p.target.phi_rad),
-                        approach_text(p.approach), p.repeat,
-                        p.set == ReadingSet::validate ? "validate" : "identify", printable(p.group),
-                        p.reference ? " (reference)" : "");
+                        rounded(p.target.x_mm, 4), rounded(p.target.y_mm, 4),
+                        rounded(deg_from_rad(p.target.phi_rad), 4), approach_text(p.approach),
+                        p.repeat, p.set == ReadingSet::validate ? "validate" : "identify",
+                        printable(p.group), p.reference ? " (reference)" : "");
   }
   context.print(text);
   return ExitCode::ok;
@@ -214,9 +263,10 @@ ExitCode run_check(const FileOptions& options, Context& context) {
 }
 
 void grid_options(CLI::App& c, CreateOptions& o) {
-  c.add_option("--step", o.step_mm, "mm (10; optimal: 20)");
-  c.add_option("--count", o.count, "paper-80: points per arm")->capture_default_str();
-  c.add_option("--half-width", o.half_width_mm, "lattice, optimal: mm")->capture_default_str();
+  c.add_option("--step", o.step_mm, "mm (10; paper-48, optimal: 20)");
+  c.add_option("--count", o.count, "paper-80: points on each of its 8 arms")->capture_default_str();
+  c.add_option("--half-width", o.half_width_mm, "lattice, optimal: of the square, mm")
+      ->capture_default_str();
   c.add_option("--centre", o.centre_mm, "circle: x y in mm")->expected(2);
   c.add_option("--radius", o.radius_mm, "circle: mm")->capture_default_str();
   c.add_option("--points", o.points, "how many (circle: 72; optimal: 40)");
@@ -235,6 +285,7 @@ void grid_options(CLI::App& c, CreateOptions& o) {
 void setup_create(CLI::App& plan, Context& context) {
   CLI::App& c = *plan.add_subcommand("create", "Make a plan and print it, or write it to a file");
   auto o = std::make_shared<CreateOptions>();
+  o->given = [&c](const char* option) { return c.count(option) > 0; };
   std::vector<std::string> grids = grid_names();
   grids.insert(grids.end(), {"lattice", "circle", "rail", "optimal", job::kNextPoints});
   c.add_option("grid", o->grid, "which points")->required()->check(CLI::IsMember(grids));
@@ -249,7 +300,8 @@ void setup_create(CLI::App& plan, Context& context) {
       ->delimiter(',');
   c.add_option("--approach-distance", o->approach_mm, "length of the last move, mm")
       ->capture_default_str();
-  c.add_option("--repeats", o->repeats, "rounds")->capture_default_str();
+  c.add_option("--repeats", o->repeats, "times all points are visited, round by round")
+      ->capture_default_str();
   c.add_option("--order", o->order, "of each round")
       ->check(CLI::IsMember(std::vector<std::string>{"listed", "random", "nearest"}))
       ->capture_default_str();

@@ -29,6 +29,11 @@ std::optional<int> parse_integer(std::string_view text) {
   return value;
 }
 
+double rounded(double value, int decimals) {
+  const double scale = std::pow(10.0, decimals);
+  return std::round(value * scale) / scale + 0.0;
+}
+
 std::string number_text(double value) {
   if (value == 0) return "0";
   std::array<char, 64> buffer;
@@ -42,7 +47,7 @@ std::string number_text(double value) {
 namespace {
 
 /// `value` rounded to `digits` significant decimals.
-double rounded(double value, int digits) {
+double significant(double value, int digits) {
   std::array<char, 64> buffer;
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
                                  std::chars_format::scientific, digits - 1)
@@ -59,7 +64,7 @@ double exact_deg(double rad) {
   constexpr int kDigits = std::numeric_limits<double>::max_digits10;
   const double near = deg_from_rad(rad);
   for (int digits = 1; digits <= kDigits; ++digits) {
-    const double deg = rounded(near, digits);
+    const double deg = significant(near, digits);
     if (rad_from_deg(deg) == rad) return deg;
   }
   for (const double towards : {-kInfinity, kInfinity}) {

@@ -13,6 +13,9 @@ std::optional<double> parse_number(std::string_view text);
 /// A whole number that fits an int. None otherwise.
 std::optional<int> parse_integer(std::string_view text);
 
+/// As it is printed with so many decimals, and never "-0.000".
+double rounded(double value, int decimals);
+
 /// The shortest decimal that parses back to the same double. Never "1e-05" for what a reader
 /// expects as 0.00001: plain digits between 1e-7 and 1e15.
 std::string number_text(double value);

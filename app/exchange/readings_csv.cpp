@@ -75,6 +75,7 @@ class Reader {
   Reader(const CsvTable& table, CampaignFile& file) : table_(table), file_(file) {
     at_.fill(std::nullopt);
     for (std::size_t k = 0; k < table.header.cells.size(); ++k) add_column(k);
+    refuse_unknown();
     for (std::size_t c = 0; c < kColumns; ++c) {
       if (kRules[c].needed && !at_[c]) missing_column(kRules[c].name);
     }
@@ -95,6 +96,11 @@ class Reader {
   }
 
   void read_all() {
+    if (table_.rows.empty()) {
+      throw InputError({.what = "there are no readings",
+                        .where = {.file = table_.name, .line = table_.header.line},
+                        .expected = "a line for each reading below the header"});
+    }
     std::unordered_map<int, int> line_of_seq;
     for (const CsvTable::Row& row : table_.rows) {
       row_ = &row;
@@ -122,10 +128,21 @@ class Reader {
       extra_at_.push_back(k);
       file_.extra_columns.emplace_back(name);
     } else {
-      throw InputError({.what = "unknown column '" + std::string(name) + "'",
-                        .where = table_.where(table_.header, k),
-                        .hint = "a column of your own is kept when its name begins with x_"});
+      unknown_.push_back(k);
     }
+  }
+
+  /// All of them, so that one look mends the file.
+  void refuse_unknown() const {
+    if (unknown_.empty()) return;
+    std::string names;
+    for (const std::size_t k : unknown_) {
+      names += (names.empty() ? "'" : ", '") + std::string(table_.header.cells[k].text) + "'";
+    }
+    throw InputError(
+        {.what = (unknown_.size() == 1 ? "unknown column " : "unknown columns ") + names,
+         .where = table_.where(table_.header, unknown_.front()),
+         .hint = "a column of your own is kept when its name begins with x_"});
   }
 
   [[noreturn]] void missing_column(const char* name) const {
@@ -278,6 +295,7 @@ class Reader {
   CampaignFile& file_;
   const CsvTable::Row* row_ = nullptr;
   std::array<std::optional<std::size_t>, kColumns> at_;
+  std::vector<std::size_t> unknown_;
   std::vector<std::size_t> extra_at_;
   Displacements previous_cmd_mm_;
 };

@@ -30,9 +30,10 @@ ForwardResult forward(const Geometry& geometry, const Displacements& l_mm, const
   double previous = INFINITY;
   for (; result.iterations < kMaxIterations; ++result.iterations) {
     const Eigen::Vector3d missing = l_mm - at.l_mm;
-    const double gap = missing.cwiseAbs().maxCoeff();
+    const double gap = missing.cwiseAbs().maxCoeff(&result.chain);
     if (gap <= tolerance || (gap <= kRoundingMm && gap >= previous)) {
       result.status = ForwardResult::Status::ok;
+      result.chain = 0;
       result.pose = Pose::from(X);
       result.at = at;
       return result;

@@ -14,7 +14,7 @@ struct [[nodiscard]] ForwardResult {
   Status status = Status::not_converged;
   Pose pose = {};  // ok only
   int iterations = 0;
-  int chain = 0;          // unreachable: the chain, from 0
+  int chain = 0;          // unreachable, not_converged: the chain that is farthest off, from 0
   InverseResult at = {};  // ok only: link angles at the pose, for whoever needs the Jacobians next
 
   [[nodiscard]] bool ok() const { return status == Status::ok; }

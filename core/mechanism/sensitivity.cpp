@@ -1,5 +1,6 @@
 #include "core/mechanism/sensitivity.hpp"
 
+#include <cmath>
 #include <string>
 
 #include "core/error.hpp"
@@ -10,6 +11,15 @@ namespace trammel {
 SensitivityShares sensitivity(const Geometry& geometry, std::span<const Pose> poses,
                               const SourceErrors& errors) {
   if (poses.empty()) throw InputError({.what = "sensitivity needs at least one pose"});
+  const bool sized = std::isfinite(errors.angle_rad) && std::isfinite(errors.length_mm) &&
+                     errors.angle_rad >= 0 && errors.length_mm >= 0 &&
+                     errors.angle_rad + errors.length_mm > 0;
+  if (!sized) {
+    throw InputError({.what = "sensitivity cannot be compared at these errors",
+                      .got = std::to_string(deg_from_rad(errors.angle_rad)) + " deg, " +
+                             std::to_string(errors.length_mm) + " mm",
+                      .expected = "finite sizes, not negative, not both zero"});
+  }
   Eigen::Matrix<double, 1, kPaperParameters> d;
   for (int j = 0; j < kPaperParameters; ++j) {
     const bool angle = geometry_parameters()[static_cast<std::size_t>(j)].is_angle;

@@ -23,7 +23,8 @@ using SensitivityShares = Eigen::Matrix<double, 3, kPaperParameters>;
 /// Source: Zhang et al. 2024, Eq. 20, with absolute values: the printed quotient divides by the
 /// signed pose error, which passes through zero inside the workspace.
 ///
-/// Throws InputError when no pose is given or one is out of reach, naming it. Proof: rows sum to
+/// Throws InputError when no pose is given or one is out of reach, naming it, and for errors that
+/// are negative, not finite or all zero. Proof: rows sum to
 /// 1; what Table II says about the chains (sensitivity_test.cpp).
 SensitivityShares sensitivity(const Geometry& geometry, std::span<const Pose> poses,
                               const SourceErrors& errors = {});

@@ -138,19 +138,45 @@ const char* name_of(Violation::Place place) {
   return kNames[static_cast<std::size_t>(place)];
 }
 
+namespace {
+
+void require_margins(const CheckOptions& o) {
+  const auto refuse = [](const char* field, double got, const char* expected) {
+    throw InputError({.what = "a plan cannot be checked against this margin",
+                      .where = {.field = field},
+                      .got = std::to_string(got),
+                      .expected = expected});
+  };
+  if (!(o.limit_margin_mm >= 0) || !std::isfinite(o.limit_margin_mm)) {
+    refuse("limit_margin_mm", o.limit_margin_mm, "0 mm or more");
+  }
+  if (!(o.singularity_margin >= 0 && o.singularity_margin <= 1)) {
+    refuse("singularity_margin", o.singularity_margin, "0 to 1");
+  }
+  if (!(o.path_step_mm > 0) || !std::isfinite(o.path_step_mm)) {
+    refuse("path_step_mm", o.path_step_mm, "a positive length");
+  }
+}
+
+}  // namespace
+
 std::string describe(const Violation& v) {
   std::string text = "point " + std::to_string(v.seq) + ", " + name_of(v.place) + ": ";
   if (v.rail > 0) text += "rail " + std::to_string(v.rail) + " ";
   text += name_of(v.what);
   if (v.got == 0 && v.limit == 0) return text;
   std::array<char, 80> numbers{};
-  std::snprintf(numbers.data(), numbers.size(), ": got %.3f, limit %.3f", v.got, v.limit);
+  const char* format = v.what == What::singular     ? ": margin %.3f, at least %.3f"
+                       : v.what == What::disordered ? ": got %.0f, expected %.0f"
+                                                    : ": %.3f mm, limit %.3f mm";
+  std::snprintf(numbers.data(), numbers.size(), format, v.got, v.limit);
   return text + numbers.data();
 }
 
 std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
                              const CheckOptions& options, std::span<const Displacements> commands) {
   TRAMMEL_ASSERT(commands.empty() || commands.size() == plan.points.size());
+  require_margins(options);
   Checker checker(mechanism, options);
   const InverseResult home = inverse(mechanism.geometry, mechanism.home);
   if (!home.ok()) {
@@ -172,6 +198,7 @@ std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
 std::vector<Violation> check_path(const Mechanism& mechanism,
                                   std::span<const Displacements> waypoints,
                                   const CheckOptions& options) {
+  require_margins(options);
   Checker checker(mechanism, options);
   const InverseResult home = inverse(mechanism.geometry, mechanism.home);
   if (!home.ok()) {

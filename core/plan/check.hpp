@@ -38,12 +38,13 @@ struct Violation {
 const char* name_of(Violation::What what);
 const char* name_of(Violation::Place place);
 
-/// "point 7, path: rail 2 above its upper limit: 611.200, limit 598.000".
+/// "point 7, path: rail 2 above upper limit: 611.200 mm, limit 598.000 mm".
 std::string describe(const Violation& violation);
 
 /// All violations in order of seq, none when the plan is safe. `commands`, one per point, are the
 /// displacements that will be commanded; without them the nominal ones. The stage starts at home
 /// and moves its rails in proportion (straight in joint space), first to the start of the approach.
+/// Throws InputError for margins that check nothing: not finite, negative.
 /// Proof: one plan per kind of violation, and all kinds in one plan (check_test.cpp).
 std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
                              const CheckOptions& options = {},

@@ -63,13 +63,15 @@ std::vector<Pose> paper_80(double step_mm, int count) {
   return poses;
 }
 
-std::vector<Pose> paper_48() {
+std::vector<Pose> paper_48(double step_mm) {
+  require(std::isfinite(step_mm) && step_mm > 0, "a grid needs a positive step",
+          std::to_string(step_mm) + " mm");
   constexpr std::array<std::pair<int, int>, 4> kQuadrants = {{{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
   std::vector<Pose> poses;
   for (const auto& [sx, sy] : kQuadrants) {
-    for (int x = 20; x <= 80; x += 20) {
-      for (int y = 20; y <= 80; y += 20) {
-        if (x != y) poses.push_back({1.0 * sx * x, 1.0 * sy * y, 0});
+    for (int x = 1; x <= 4; ++x) {
+      for (int y = 1; y <= 4; ++y) {
+        if (x != y) poses.push_back({sx * x * step_mm, sy * y * step_mm, 0});
       }
     }
   }

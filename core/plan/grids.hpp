@@ -15,8 +15,9 @@ namespace trammel {
 /// not printed: on the diagonals the table's max/mean and min/mean come out as printed.
 std::vector<Pose> paper_80(double step_mm = 10, int count = 10);
 
-/// 48 points that the 80 do not contain: {20, 40, 60, 80}^2 less its diagonal, in four quadrants.
-std::vector<Pose> paper_48();
+/// 48 points that the 80 do not contain: {20, 40, 60, 80}^2 (1 to 4 steps) less its diagonal, in
+/// four quadrants.
+std::vector<Pose> paper_48(double step_mm = 20);
 
 /// `count` points of a lattice of +-half_width_mm, each the farthest from all `samples` and from
 /// those chosen before (ties: the first in order of y, x). Source: Sec. 4.2 "starting with the

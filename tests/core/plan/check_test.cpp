@@ -99,6 +99,40 @@ TEST_CASE("a target that only the mirrored assembly of the platform reaches is f
   CHECK(check(plan_of({{0, 0, rad_from_deg(40)}}), mechanism).empty());
 }
 
+TEST_CASE("a margin that would check nothing is refused, not passed over", "[plan]") {
+  const Mechanism mechanism = paper_mechanism();
+  const Plan plan = plan_of({{10, 0, 0}});
+  const double nan = std::nan("");
+  for (const CheckOptions& o : std::vector<CheckOptions>{{.limit_margin_mm = nan},
+                                                         {.limit_margin_mm = -1},
+                                                         {.limit_margin_mm = INFINITY},
+                                                         {.singularity_margin = nan},
+                                                         {.singularity_margin = -0.1},
+                                                         {.singularity_margin = 1.1},
+                                                         {.path_step_mm = 0},
+                                                         {.path_step_mm = nan}}) {
+    CAPTURE(o.limit_margin_mm, o.singularity_margin, o.path_step_mm);
+    CHECK_THROWS_WITH(check(plan, mechanism, o), Contains("margin"));
+    CHECK_THROWS_WITH(check_path(mechanism, {}, o), Contains("margin"));
+  }
+}
+
+TEST_CASE("each kind of violation is described in its own unit", "[plan]") {
+  CHECK(describe({.seq = 7,
+                  .place = Place::path,
+                  .what = What::upper_limit,
+                  .rail = 2,
+                  .got = 611.2,
+                  .limit = 598}) ==
+        "point 7, path: rail 2 above upper limit: 611.200 mm, limit 598.000 mm");
+  CHECK(describe({.seq = 5, .what = What::singular, .got = 0.076, .limit = 0.1}) ==
+        "point 5, target: near singular: margin 0.076, at least 0.100");
+  CHECK(describe({.seq = 3, .what = What::disordered, .got = 3, .limit = 2}) ==
+        "point 3, target: out of order: got 3, expected 2");
+  CHECK(describe({.seq = 2, .what = What::unreachable, .rail = 1}) ==
+        "point 2, target: rail 1 out of reach");
+}
+
 TEST_CASE("points out of order and commands of their own are checked", "[plan]") {
   const Mechanism mechanism = paper_mechanism();
   Plan plan = plan_of({{10, 0, 0}, {20, 0, 0}});
