@@ -39,8 +39,11 @@ void lsq_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
          "leave what is not identified at zero (the paper's) instead of the least change");
   parameter<int>(c, o, "--steps", "steps",
                  "times the system is linearised and solved (10; 1: once, as the paper)");
+  parameter<double>(c, o, "--attitude-weight", "attitude_weight",
+                    "weight of attitude over the tracker's 1/sigma (1)");
   parameter<double>(c, o, "--drop-below", "drop_below",
-                    "repeated identification: drop sources below this share of their tolerance");
+                    "repeated identification: drop sources below this share of their machining "
+                    "tolerance, solve again (0: no repetition)");
 }
 
 void idw_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {

@@ -251,7 +251,7 @@ StageResult run_contest(const Campaign& campaign, const Json& parameters) {
 
 Stage contest_stage() {
   return {.name = "contest",
-          .algorithm_version = 4,
+          .algorithm_version = 5,
           .what = "all methods on one baseline with the same folds; picks one by a stated rule",
           .complete = complete_contest,
           .run = run_contest};

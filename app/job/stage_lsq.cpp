@@ -1,10 +1,13 @@
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
 
 #include "app/job/identification.hpp"
 #include "app/job/stages.hpp"
 #include "core/calibrate/lsq.hpp"
+#include "core/calibrate/simulation.hpp"
 #include "core/measure/noise.hpp"
+#include "core/units.hpp"
 
 namespace trammel::job {
 
@@ -17,48 +20,26 @@ Json complete_lsq(const Json& given) {
                     {"epochs", f.choice("epochs", {"own", "shared"}, "own")},
                     {"solution", f.choice("solution", {"least-change", "basic"}, "least-change")},
                     {"drop_below", f.number("drop_below", 0.0)},
+                    {"attitude_weight", f.number("attitude_weight", 1.0)},
                     {"steps", f.integer("steps", 10)}};
   f.done();
   if (!(all["drop_below"].get<double>() >= 0)) {
     f.refuse("drop_below", "a share of a tolerance cannot be negative", "0 or more");
   }
+  if (!(all["attitude_weight"].get<double>() > 0)) {
+    f.refuse("attitude_weight", "a weight must be positive",
+             "1 for the tracker's sigmas as stated");
+  }
   if (all["steps"].get<int>() < 1) f.refuse("steps", "the system is solved once at least");
   return all;
-}
-
-constexpr double kStill = 1e-6;  // tolerances: a further step changes nothing
-
-/// Solves, linearises again at what was found, and solves for the rest: the first-order system of
-/// the source overshoots where an error that it lacks (a drive's gain) drives parameters far from
-/// nominal. Each change is from nominal; rank, words and uncertainty are those of the first system.
-/// Where sources were dropped, or later epochs have columns of their own, the first step stands.
-LsqResult identify(const Mechanism& mechanism, const std::vector<Reading>& rows,
-                   const TrackerSigma& sigma, const LsqOptions& options, int steps) {
-  LsqResult result = identify_linear(mechanism, rows, sigma, options);
-  if (!result.epochs.empty() || result.rounds.size() > 1) return result;
-  Mechanism at = mechanism;
-  for (int step = 1; step < steps; ++step) {
-    at.geometry = result.geometry;
-    const LsqResult next = identify_linear(at, rows, sigma, options);
-    double largest = 0;
-    for (std::size_t k = 0; k < result.parameters.size(); ++k) {
-      const double more = next.parameters[k].value;
-      result.parameters[k].value += more;
-      largest = std::max(largest, std::abs(more) / result.parameters[k].parameter.tolerance);
-    }
-    result.geometry = next.geometry;
-    result.weighted_rss = next.weighted_rss;
-    result.sigma_ratio = next.sigma_ratio;
-    if (largest < kStill) break;
-  }
-  return result;
 }
 
 LsqOptions options_of(const Json& p) {
   return {.complete = p["parameters"] == "complete-21",
           .shared_epochs = p["epochs"] == "shared",
           .basic_solution = p["solution"] == "basic",
-          .drop_below = p["drop_below"].get<double>()};
+          .drop_below = p["drop_below"].get<double>(),
+          .attitude_weight = p["attitude_weight"].get<double>()};
 }
 
 Json rounds_json(const std::vector<LsqRound>& rounds) {
@@ -84,34 +65,75 @@ void mark_dropped(const LsqResult& result, Json& details) {
   }
 }
 
+/// What repeated identification left out, round by round.
+void add_round_words(const LsqResult& result, std::vector<std::string>& words) {
+  for (std::size_t k = 0; k + 1 < result.rounds.size(); ++k) {
+    const LsqRound& next = result.rounds[k + 1];
+    words.push_back(fmt::format("round {}: dropped as small {}; {} columns of rank {} are left",
+                                k + 1, fmt::join(result.rounds[k].dropped, ", "), next.columns,
+                                next.rank));
+  }
+}
+
+/// How attitude counts against position: where constants cannot explain the readings, it matters.
+std::string weight_words(const NoiseLevel& noise, double attitude_weight) {
+  return fmt::format(
+      "weights: a residual of {:.4f} mm in x or y counts as much as one of {:.4f} deg in phi ({})",
+      noise.sigma.xy_mm, deg_from_rad(noise.sigma.phi_rad) / attitude_weight,
+      attitude_weight == 1 ? "the tracker's sigmas"
+                           : fmt::format("phi's weight times {:g}", attitude_weight));
+}
+
+std::string residual_words(const LsqResult& result) {
+  return fmt::format("residuals, rms: {:.2f} sigma in position, {:.2f} sigma in attitude",
+                     result.position_rms_sigma, result.attitude_rms_sigma);
+}
+
+/// Figs. 7 and 8 in a sentence.
+std::string simulation_words(const Correction& correction, const Mechanism& mechanism,
+                             const std::vector<Reading>& rows) {
+  const SimulationScore s = simulation_score(simulated_errors(correction, mechanism, rows));
+  return fmt::format(
+      "forward kinematics with these values against the {} fitted readings: mean position error "
+      "{:.4f} mm measured, {:.4f} mm simulated; their difference {:.4f} mm",
+      s.left.n, s.measured.mean, s.simulated.mean, s.left.mean);
+}
+
 StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   const NoiseLevel noise = noise_level(campaign);
-  const LsqResult result = identify(campaign.mechanism, identify_rows(campaign), noise.sigma,
-                                    options_of(parameters), parameters["steps"].get<int>());
+  const LsqOptions options = options_of(parameters);
+  const std::vector<Reading> rows = identify_rows(campaign);
+  const LsqResult result = identify_repeated(campaign.mechanism, rows, noise.sigma, options,
+                                             parameters["steps"].get<int>());
   std::vector<ScaledParameter> names;
-  Eigen::VectorXd values(static_cast<Eigen::Index>(result.parameters.size()));
-  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
-    names.push_back(result.parameters[k].parameter);
-    values[static_cast<Eigen::Index>(k)] = result.parameters[k].value;
-  }
+  for (const LsqParameter& p : result.parameters) names.push_back(p.parameter);
   const auto is_geometry = [](const LsqParameter& p) { return p.epoch == 1; };
   const Identification found{
       .known = result.identifiability,
       .parameters = names,
-      .values = values,
+      .values = result.values(),
       .covariance = result.covariance,
       .n_geometry = static_cast<std::size_t>(std::ranges::count_if(result.parameters, is_geometry)),
-      .goodness = goodness(result.weighted_rss, result.n_equations - result.rank,
-                           noise.degrees_of_freedom)};
+      .goodness =
+          goodness(result.chi2, result.n_equations - result.rank, noise.degrees_of_freedom)};
   StageResult out{.correction = GeometryCorrection{result.geometry},
                   .details = identification_json(found),
                   .words = identification_words(found)};
   out.details["equations"] = result.n_equations;
   out.details["rank_solved"] = result.rank;
   out.details["weighted_rss"] = result.weighted_rss;
+  out.details["steps"] = result.steps;
+  out.details["position_rms_sigma"] = result.position_rms_sigma;
+  out.details["attitude_rms_sigma"] = result.attitude_rms_sigma;
+  out.details["sigma_xy_mm"] = noise.sigma.xy_mm;
+  out.details["sigma_phi_deg"] = deg_from_rad(noise.sigma.phi_rad);
   out.details["noise"] = noise.words;
   out.details["rounds"] = rounds_json(result.rounds);
   mark_dropped(result, out.details);
+  add_round_words(result, out.words);
+  out.words.push_back(weight_words(noise, options.attitude_weight));
+  out.words.push_back(residual_words(result));
+  out.words.push_back(simulation_words(out.correction, campaign.mechanism, rows));
   return out;
 }
 
@@ -119,7 +141,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
 
 Stage lsq_stage() {
   return {.name = "lsq",
-          .algorithm_version = 3,
+          .algorithm_version = 4,
           .what = "the paper's linear least squares on all readings, with its rank",
           .complete = complete_lsq,
           .run = run_lsq};

@@ -16,6 +16,12 @@ Json complete_idw(const Json& given) {
                     {"neighbours", f.integer("neighbours", 0)},
                     {"tune", f.boolean("tune", false)}};
   f.done();
+  if (!(all["power"].get<double>() > 0)) {
+    f.refuse("power", "a power must be positive", "2: the paper's");
+  }
+  if (all["neighbours"].get<int>() < 0) {
+    f.refuse("neighbours", "a count is not negative", "0 for all samples, or how many");
+  }
   return all;
 }
 
@@ -29,6 +35,15 @@ Json complete_rbf(const Json& given) {
                     {"smooth", f.boolean("smooth", false)}};
   f.done();
   if (all["seed"].get<int>() < 0) f.refuse("seed", "a seed is not negative", "0, 1, 2, …");
+  if (all["neurons"].get<int>() < 1) {
+    f.refuse("neurons", "a network has a neuron at least", "50: the paper's");
+  }
+  if (!(all["relative_ridge"].get<double>() >= 0)) {
+    f.refuse("relative_ridge", "a ridge is not negative", "0 or more");
+  }
+  if (!(all["sigma_mm"].get<double>() >= 0)) {
+    f.refuse("sigma_mm", "a spread is not negative", "0 for leave-one-out, or mm");
+  }
   return all;
 }
 

@@ -3,119 +3,15 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <set>
 
-#include "core/assess/deviation.hpp"
+#include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
-#include "core/mechanism/error_model.hpp"
-#include "core/mechanism/forward.hpp"
-#include "core/units.hpp"
 
 namespace trammel {
 
 namespace {
 
-constexpr int kEpochColumns = 6;
-constexpr double kZeroToleranceMm = 0.1, kFrameToleranceMm = 0.1;
-constexpr double kFrameToleranceRad = rad_from_deg(0.05);
-
-/// Whitened, in tolerances.
-struct System {
-  Eigen::MatrixXd A;
-  Eigen::VectorXd b;
-  std::vector<ScaledParameter> parameters;
-  std::vector<int> epochs;  // of each column, 1 for the geometry
-};
-
-void require_sigma(const TrackerSigma& sigma) {
-  if (std::isfinite(sigma.xy_mm) && sigma.xy_mm > 0 && std::isfinite(sigma.phi_rad) &&
-      sigma.phi_rad > 0) {
-    return;
-  }
-  throw InputError({.what = "the readings cannot be weighted",
-                    .where = {.field = "tracker"},
-                    .got = "sigma " + std::to_string(sigma.xy_mm) + " mm, " +
-                           std::to_string(deg_from_rad(sigma.phi_rad)) + " deg",
-                    .expected = "positive standard deviations"});
-}
-
-/// Later epochs in order; they own columns unless shared.
-std::vector<int> later_epochs(std::span<const Reading> readings, const LsqOptions& options) {
-  std::set<int> epochs;
-  for (const Reading& r : readings) epochs.insert(r.conditions.epoch);
-  if (!epochs.empty()) epochs.erase(epochs.begin());
-  if (options.shared_epochs) epochs.clear();
-  return {epochs.begin(), epochs.end()};
-}
-
-void name_columns(System& system, const std::vector<int>& later, int geometry_columns) {
-  for (int k = 0; k < geometry_columns; ++k) {
-    const GeometryParameter& p = geometry_parameters()[static_cast<std::size_t>(k)];
-    system.parameters.push_back({p.name, p.is_angle, p.tolerance});
-    system.epochs.push_back(1);
-  }
-  for (const int epoch : later) {
-    const std::string of = " of epoch " + std::to_string(epoch);
-    for (int i = 1; i <= kChains; ++i) {
-      system.parameters.push_back({"zero_" + std::to_string(i) + of, false, kZeroToleranceMm});
-    }
-    system.parameters.push_back({"frame_x" + of, false, kFrameToleranceMm});
-    system.parameters.push_back({"frame_y" + of, false, kFrameToleranceMm});
-    system.parameters.push_back({"frame_phi" + of, true, kFrameToleranceRad});
-    system.epochs.insert(system.epochs.end(), kEpochColumns, epoch);
-  }
-}
-
-ForwardResult nominal_pose(const Mechanism& mechanism, const Reading& reading) {
-  const ForwardResult at = forward(mechanism.geometry, reading.conditions.cmd_mm, mechanism.home);
-  const std::string point = "seq " + std::to_string(reading.seq);
-  if (!at.ok()) {
-    throw InputError({.what = "the commanded displacements are out of the nominal robot's reach",
-                      .where = {.point = point}});
-  }
-  if (!reading.measured) {
-    throw InputError({.what = "this reading has no measured pose", .where = {.point = point}});
-  }
-  return at;
-}
-
-/// d(x, y, phi) of the three joint zeros and the frame offset (added to the reading) of an epoch.
-Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const ErrorJacobian& J_e) {
-  Eigen::Matrix<double, 3, kEpochColumns> J;
-  for (int i = 0; i < kChains; ++i) J.col(i) = J_e.col(6 * i + 4);  // as the joint zero l_i
-  J.rightCols<3>().setIdentity();
-  return J;
-}
-
-System make_system(const Mechanism& mechanism, std::span<const Reading> readings,
-                   const TrackerSigma& sigma, const LsqOptions& options) {
-  const int geometry_columns = options.complete ? kGeometryParameters : kPaperParameters;
-  const std::vector<int> later = later_epochs(readings, options);
-  System system;
-  name_columns(system, later, geometry_columns);
-  const auto rows = static_cast<Eigen::Index>(3 * readings.size());
-  system.A.setZero(rows, static_cast<Eigen::Index>(system.parameters.size()));
-  system.b.resize(rows);
-  const Eigen::Vector3d weight(1 / sigma.xy_mm, 1 / sigma.xy_mm, 1 / sigma.phi_rad);
-  for (std::size_t j = 0; j < readings.size(); ++j) {
-    const ForwardResult at = nominal_pose(mechanism, readings[j]);
-    const ErrorJacobian J_e = error_jacobian(mechanism.geometry, at.pose, at.at);
-    const auto row = static_cast<Eigen::Index>(3 * j);
-    system.b.segment<3>(row) = pose_difference(*readings[j].measured, at.pose);
-    system.A.block(row, 0, 3, geometry_columns) = J_e.leftCols(geometry_columns);
-    const auto own = std::find(later.begin(), later.end(), readings[j].conditions.epoch);
-    if (own != later.end()) {
-      system.A.block<3, kEpochColumns>(
-          row, geometry_columns + kEpochColumns * (own - later.begin())) = epoch_columns(J_e);
-    }
-    system.A.middleRows<3>(row).array().colwise() *= weight.array();
-    system.b.segment<3>(row).array() *= weight.array();
-  }
-  for (std::size_t k = 0; k < system.parameters.size(); ++k) {
-    system.A.col(static_cast<Eigen::Index>(k)) *= system.parameters[k].tolerance;
-  }
-  return system;
-}
+constexpr double kStill = 1e-6;  // tolerances: a further step changes nothing
 
 /// Least change: z = V_r S_r^-1 U_r' b, by A V_r = U_r S_r.
 Eigen::VectorXd least_change(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
@@ -123,6 +19,21 @@ Eigen::VectorXd least_change(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
   const Eigen::MatrixXd V = known.directions.leftCols(known.rank);
   const Eigen::MatrixXd AV = A * V;
   return V * AV.householderQr().solve(b);
+}
+
+/// Of the parameters, mm and rad: with phi's rows weighted w times too high their noise is w,
+///   C A' D^2 A C,   C = covariance at unit noise, D = diag(1, 1, w) per reading.
+Eigen::MatrixXd weighted_covariance(Eigen::MatrixXd A, const Identifiability& known,
+                                    const std::vector<ScaledParameter>& parameters,
+                                    double attitude_weight) {
+  const Eigen::MatrixXd C = covariance(known, parameters);
+  if (attitude_weight == 1) return C;
+  for (Eigen::Index row = 2; row < A.rows(); row += 3) A.row(row) *= attitude_weight;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    A.col(static_cast<Eigen::Index>(k)) /= parameters[k].tolerance;
+  }
+  const Eigen::MatrixXd DAC = A * C;
+  return DAC.transpose() * DAC;
 }
 
 struct Solution {
@@ -133,7 +44,7 @@ struct Solution {
 };
 
 /// Solves with the columns that are kept; drops small sources and solves again while asked to.
-Solution solve(const System& system, const LsqOptions& options, const Identifiability& all) {
+Solution solve(const LsqSystem& system, const LsqOptions& options, const Identifiability& all) {
   const auto n = static_cast<std::size_t>(system.A.cols());
   Solution s{.z = {},
              .covariance = covariance(all, system.parameters),
@@ -157,10 +68,9 @@ Solution solve(const System& system, const LsqOptions& options, const Identifiab
                         .rank = known.rank,
                         .weighted_rss = (system.b - A * part).squaredNorm(),
                         .dropped = {}});
-    if (!s.rounds.empty()) {
-      s.covariance.setZero();
-      s.covariance(columns, columns) = covariance(known, parameters);
-    }
+    s.covariance.setZero();
+    s.covariance(columns, columns) =
+        weighted_covariance(A, known, parameters, options.attitude_weight);
     std::vector<std::size_t> small;
     for (const int k : columns) {
       if (std::abs(s.z[k]) < options.drop_below) small.push_back(static_cast<std::size_t>(k));
@@ -173,7 +83,7 @@ Solution solve(const System& system, const LsqOptions& options, const Identifiab
   }
 }
 
-void fill_robot(const Mechanism& mechanism, const System& system, const Eigen::VectorXd& values,
+void fill_robot(const Mechanism& mechanism, const LsqSystem& system, const Eigen::VectorXd& values,
                 LsqResult& result) {
   GeometryVector geometry = to_vector(mechanism.geometry);
   for (std::size_t k = 0; k < system.parameters.size(); ++k) {
@@ -181,12 +91,68 @@ void fill_robot(const Mechanism& mechanism, const System& system, const Eigen::V
     if (system.epochs[k] == 1) geometry[column] += values[column];
   }
   result.geometry = from_vector(geometry);
+  result.epochs.clear();
   for (std::size_t k = 0; k < system.parameters.size(); ++k) {
     if (system.epochs[k] == 1 || result.epochs.count(system.epochs[k]) > 0) continue;
     const auto first = static_cast<Eigen::Index>(k);
     result.epochs[system.epochs[k]] = {.l_zero_mm = values.segment<3>(first),
                                        .frame = Pose::from(values.segment<3>(first + 3))};
   }
+}
+
+/// Sum of squares per reading of the coordinates of position and of attitude, as standard
+/// deviations: 1 and 1 where noise explains all and many readings share few parameters.
+void fill_residuals(const LsqSystem& system, const Eigen::VectorXd& z, double attitude_weight,
+                    LsqResult& result) {
+  const Eigen::VectorXd left = system.b - system.A * z;
+  result.weighted_rss = left.squaredNorm();
+  double position = 0, attitude = 0;
+  for (Eigen::Index row = 0; row < left.size(); row += 3) {
+    position += left.segment<2>(row).squaredNorm();
+    attitude += std::pow(left[row + 2] / attitude_weight, 2);
+  }
+  const double n = static_cast<double>(left.size()) / 3;
+  result.position_rms_sigma = std::sqrt(position / (2 * n));
+  result.attitude_rms_sigma = std::sqrt(attitude / n);
+  result.chi2 = position + attitude;
+  const int freedom = result.n_equations - result.rank;
+  result.sigma_ratio = freedom > 0 ? std::sqrt(result.chi2 / freedom) : 0;
+}
+
+/// What the values at hand mean, base parameter by base parameter, and in words.
+void tell(const std::vector<ScaledParameter>& parameters, LsqResult& result) {
+  result.base = identified_combinations(result.identifiability, parameters, result.covariance,
+                                        result.values());
+  result.words = in_words(result.identifiability, parameters, result.base,
+                          strong_correlations(result.base, result.covariance));
+}
+
+/// Columns that later steps move: not those that were dropped, nor those a basic solution leaves.
+std::vector<int> free_columns(const LsqResult& result, const LsqOptions& options) {
+  std::vector<int> columns;
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
+    const LsqParameter& p = result.parameters[k];
+    const bool left_out = p.dropped || (options.basic_solution && p.value == 0);
+    if (!left_out) columns.push_back(static_cast<int>(k));
+  }
+  return columns;
+}
+
+/// The step of the free columns from where `system` is linearised, in tolerances.
+Eigen::VectorXd next_step(const LsqSystem& system, const std::vector<int>& columns, int rank,
+                          const LsqOptions& options) {
+  std::vector<ScaledParameter> parameters;
+  for (const int k : columns) parameters.push_back(system.parameters[static_cast<std::size_t>(k)]);
+  const Eigen::MatrixXd A = system.A(Eigen::all, columns);
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(system.A.cols());
+  if (options.basic_solution) {
+    z(columns) = basic_solution(A, system.b, std::min(rank, static_cast<int>(A.cols())));
+  } else {
+    Identifiability known = identifiability(A, parameters);
+    known.rank = std::min(known.rank, rank);  // what nominal could not tell stays as it is
+    z(columns) = least_change(A, system.b, known);
+  }
+  return z;
 }
 
 void require_equations(Eigen::Index rows, int rank) {
@@ -198,6 +164,14 @@ void require_equations(Eigen::Index rows, int rank) {
 }
 
 }  // namespace
+
+Eigen::VectorXd LsqResult::values() const {
+  Eigen::VectorXd all(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    all[static_cast<Eigen::Index>(k)] = parameters[k].value;
+  }
+  return all;
+}
 
 Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank) {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> pivoted(A);
@@ -212,9 +186,8 @@ Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& 
 
 LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> readings,
                           const TrackerSigma& sigma, const LsqOptions& options) {
-  require_sigma(sigma);
   require_equations(static_cast<Eigen::Index>(3 * readings.size()), 1);
-  const System system = make_system(mechanism, readings, sigma, options);
+  const LsqSystem system = lsq_system(mechanism, readings, sigma, options);
   LsqResult result;
   result.identifiability = identifiability(system.A, system.parameters);
   require_equations(system.A.rows(), result.identifiability.rank);
@@ -234,16 +207,38 @@ LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> r
   }
   fill_robot(mechanism, system, values, result);
   result.covariance = solution.covariance;
-  result.base = identified_combinations(result.identifiability, system.parameters,
-                                        solution.covariance, values);
   result.rounds = solution.rounds;
   result.n_equations = static_cast<int>(system.A.rows());
   result.rank = solution.rounds.back().rank;
-  result.weighted_rss = solution.rounds.back().weighted_rss;
-  const int freedom = result.n_equations - result.rank;
-  if (freedom > 0) result.sigma_ratio = std::sqrt(result.weighted_rss / freedom);
-  result.words = in_words(result.identifiability, system.parameters, result.base,
-                          strong_correlations(result.base, solution.covariance));
+  fill_residuals(system, solution.z, options.attitude_weight, result);
+  tell(system.parameters, result);
+  return result;
+}
+
+LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading> readings,
+                            const TrackerSigma& sigma, const LsqOptions& options, int steps) {
+  LsqResult result = identify_linear(mechanism, readings, sigma, options);
+  const std::vector<int> columns = free_columns(result, options);
+  Eigen::VectorXd values = result.values();
+  std::vector<ScaledParameter> scaled;
+  for (const LsqParameter& p : result.parameters) scaled.push_back(p.parameter);
+  Mechanism at = mechanism;
+  for (bool still = columns.empty(); !still && result.steps < steps;) {
+    at.geometry = result.geometry;
+    const LsqSystem system = lsq_system(at, readings, sigma, options, result.epochs);
+    const Eigen::VectorXd z = next_step(system, columns, result.rank, options);
+    for (Eigen::Index k = 0; k < z.size(); ++k) {
+      values[k] += z[k] * system.parameters[static_cast<std::size_t>(k)].tolerance;
+    }
+    fill_robot(mechanism, system, values, result);
+    fill_residuals(system, z, options.attitude_weight, result);
+    ++result.steps;
+    still = z.cwiseAbs().maxCoeff() < kStill;
+  }
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
+    result.parameters[k].value = values[static_cast<Eigen::Index>(k)];
+  }
+  tell(scaled, result);
   return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // The paper's first method: one overdetermined linear system of all readings.
 
+#include <array>
 #include <map>
 #include <span>
 #include <string>
@@ -18,6 +19,8 @@ struct LsqOptions {
       false;              // what is not identified stays zero (the paper's) instead of least change
   double drop_below = 0;  // repeated identification: sources below this share of their tolerance
                           // are dropped and the rest is solved again; 0: no repetition
+  double attitude_weight = 1;  // times 1 / sigma of phi: above 1 where attitude must not pay for
+                               // position
 };
 
 /// One parameter of the solution. Where it is not identified by itself the value is one of many
@@ -53,11 +56,17 @@ struct LsqResult {
   Identifiability identifiability;          // of the full set of columns
   std::vector<LsqRound> rounds;
   int n_equations = 0;
-  int rank = 0;             // of the last round
-  double weighted_rss = 0;  // sum of squared residuals in standard deviations, last round
+  int steps = 1;                  // times the system was linearised and solved
+  int rank = 0;                   // of the last round
+  double weighted_rss = 0;        // what was minimised: with phi weighted as asked, last round
+  double chi2 = 0;                // sum of squared residuals in the tracker's standard deviations
+  double position_rms_sigma = 0;  // residuals of x and y, in the tracker's standard deviations
+  double attitude_rms_sigma = 0;  // and of phi
   double sigma_ratio =
-      0;  // sqrt(rss / (equations - rank)): 1 when noise explains all; 0 when none is left
+      0;  // sqrt(chi2 / (equations - rank)): 1 when noise explains all; 0 when none is left
   std::vector<std::string> words;
+
+  [[nodiscard]] Eigen::VectorXd values() const;  // of the parameters, mm and rad
 };
 
 /// Basic solution of min |A z - b|: the `rank` columns that pivoting takes, the others stay zero.
@@ -67,7 +76,7 @@ Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& 
 /// Identifies the error sources: min over d of sum |W_j (delta X_j - J_e d)|^2              (21)
 ///   delta X_j = measured pose - nominal forward kinematics of the *commanded* displacements; J_e
 ///   of error_model.hpp, linearised there (that is the target, for readings without compensation);
-///   W = 1 / sigma for x, y [mm] and phi [rad] of the tracker.
+///   W = 1 / sigma for x, y [mm] and phi [rad] of the tracker; phi's times the attitude weight.
 /// Fits the readings it is given: choose the identify rows before. Every later epoch has three
 /// joint zeros and a frame offset (x, y, phi) of its own, unless shared. Solved by QR and the
 /// singular value decomposition in tolerances; directions that carry nothing stay at nominal
@@ -77,5 +86,14 @@ Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& 
 /// poses (lsq_test.cpp).
 LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> readings,
                           const TrackerSigma& sigma, const LsqOptions& options = {});
+
+/// The same, linearised again at what was found and solved for the rest (Gauss-Newton), until a
+/// step changes nothing, `steps` times at most. The first-order system alone overshoots where an
+/// error that it lacks (a drive's gain) drives parameters far from nominal. What the first step
+/// dropped, or a basic solution left out, stays out. Values are changes from nominal; rank, rounds
+/// and uncertainties are those of the first system. Throws as identify_linear.
+/// Proof: the gradient at the end vanishes, with drops and later epochs too (lsq_test.cpp).
+LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading> readings,
+                            const TrackerSigma& sigma, const LsqOptions& options, int steps);
 
 }  // namespace trammel

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/assess/deviation.hpp"
+#include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
@@ -225,4 +226,68 @@ TEST_CASE("a basic solution solves the chosen columns and leaves the others at z
   const Eigen::VectorXd z = basic_solution(A, A * x, 4);
   CHECK((A * z - A * x).norm() < 1e-12);
   CHECK((z.array() == 0).count() == 1);
+}
+
+TEST_CASE("repeated steps end at the least sum of squares, with drops and later epochs too",
+          "[calibrate]") {
+  Random random(39);
+  const Geometry truth = random_geometry(random, 20);  // far from nominal: first order overshoots
+  auto readings = measure(truth, random_poses(80, random), random);
+  auto later = measure(truth, random_poses(80, random), random);
+  for (Reading& r : later) {
+    r.seq += 80;
+    r.conditions.epoch = 2;
+    r.measured->y_mm += 0.3;
+  }
+  readings.insert(readings.end(), later.begin(), later.end());
+  const std::vector<LsqOptions> all = {{.complete = true},
+                                       {.complete = true, .basic_solution = true},
+                                       {.complete = true, .drop_below = 2}};
+  for (const LsqOptions& options : all) {
+    CAPTURE(options.basic_solution, options.drop_below);
+    const LsqResult first = identify_linear(paper_mechanism(), readings, kSigma, options);
+    const LsqResult last = identify_repeated(paper_mechanism(), readings, kSigma, options, 20);
+    CHECK(last.steps > 2);
+    CHECK(last.steps < 20);
+    Mechanism at = paper_mechanism();
+    at.geometry = last.geometry;
+    const LsqSystem end = lsq_system(at, readings, kSigma, options, last.epochs);
+    CHECK_THAT(end.b.squaredNorm(), WithinRel(last.weighted_rss, 1e-6));
+    at.geometry = first.geometry;
+    const LsqSystem begun = lsq_system(at, readings, kSigma, options, first.epochs);
+    CHECK(end.b.squaredNorm() < 0.99 * begun.b.squaredNorm());
+    // The gradient in the columns that are free; unidentified directions have none.
+    for (std::size_t k = 0; k < last.parameters.size(); ++k) {
+      const LsqParameter& p = last.parameters[k];
+      if (p.dropped) CHECK(p.value == 0);
+      if (p.dropped || (options.basic_solution && p.value == 0)) continue;
+      const auto column = end.A.col(static_cast<Eigen::Index>(k));
+      CHECK(std::abs(column.dot(end.b)) < 1e-4 * column.norm() * end.b.norm());
+    }
+  }
+}
+
+TEST_CASE("where constants cannot explain the readings, attitude is kept by its weight",
+          "[calibrate]") {
+  Random random(40);
+  const Mechanism robot = paper_mechanism();
+  const TrackerSigma coarse{0.010, rad_from_deg(0.055)};
+  auto readings = measure(robot.geometry, paper_80(), random, coarse);
+  const Displacements home = inverse(robot.geometry, robot.home).l_mm;
+  for (Reading& r : readings) {  // a drive error that grows with travel
+    const Displacements travel = r.conditions.cmd_mm - home;
+    const Displacements l =
+        r.conditions.cmd_mm + travel.cwiseProduct(Displacements(4e-3, 2e-3, 5e-3));
+    const Pose moved = forward(robot.geometry, l).pose;
+    const Pose still = forward(robot.geometry, r.conditions.cmd_mm).pose;
+    r.measured = Pose::from(r.measured->vector() + moved.vector() - still.vector());
+  }
+  const LsqResult as_stated = identify_repeated(robot, readings, coarse, {}, 10);
+  const LsqResult weighted =
+      identify_repeated(robot, readings, coarse, {.attitude_weight = 10}, 10);
+  CHECK(as_stated.position_rms_sigma > 3);
+  CHECK(weighted.attitude_rms_sigma < 0.9 * as_stated.attitude_rms_sigma);
+  CHECK(weighted.position_rms_sigma > as_stated.position_rms_sigma);
+  CHECK_THROWS_WITH(identify_linear(robot, readings, coarse, {.attitude_weight = 0}),
+                    Contains("attitude_weight"));
 }

@@ -1,0 +1,126 @@
+#include "core/calibrate/lsq_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/assess/deviation.hpp"
+#include "core/error.hpp"
+#include "core/mechanism/error_model.hpp"
+#include "core/mechanism/forward.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr int kEpochColumns = 6;
+constexpr double kZeroToleranceMm = 0.1, kFrameToleranceMm = 0.1;
+constexpr double kFrameToleranceRad = rad_from_deg(0.05);
+
+void require_weights(const TrackerSigma& sigma, const LsqOptions& options) {
+  const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
+  if (!positive(sigma.xy_mm) || !positive(sigma.phi_rad)) {
+    throw InputError({.what = "the readings cannot be weighted",
+                      .where = {.field = "tracker"},
+                      .got = "sigma " + std::to_string(sigma.xy_mm) + " mm, " +
+                             std::to_string(deg_from_rad(sigma.phi_rad)) + " deg",
+                      .expected = "positive standard deviations"});
+  }
+  if (!positive(options.attitude_weight)) {
+    throw InputError({.what = "attitude cannot be weighted",
+                      .where = {.field = "attitude_weight"},
+                      .got = std::to_string(options.attitude_weight),
+                      .expected = "a positive factor (1: the tracker's sigmas as they are)"});
+  }
+}
+
+/// Later epochs in order; they own columns unless shared.
+std::vector<int> later_epochs(std::span<const Reading> readings, const LsqOptions& options) {
+  std::set<int> epochs;
+  for (const Reading& r : readings) epochs.insert(r.conditions.epoch);
+  if (!epochs.empty()) epochs.erase(epochs.begin());
+  if (options.shared_epochs) epochs.clear();
+  return {epochs.begin(), epochs.end()};
+}
+
+void name_columns(LsqSystem& system, const std::vector<int>& later, int geometry_columns) {
+  for (int k = 0; k < geometry_columns; ++k) {
+    const GeometryParameter& p = geometry_parameters()[static_cast<std::size_t>(k)];
+    system.parameters.push_back({p.name, p.is_angle, p.tolerance});
+    system.epochs.push_back(1);
+  }
+  for (const int epoch : later) {
+    const std::string of = " of epoch " + std::to_string(epoch);
+    for (int i = 1; i <= kChains; ++i) {
+      system.parameters.push_back({"zero_" + std::to_string(i) + of, false, kZeroToleranceMm});
+    }
+    system.parameters.push_back({"frame_x" + of, false, kFrameToleranceMm});
+    system.parameters.push_back({"frame_y" + of, false, kFrameToleranceMm});
+    system.parameters.push_back({"frame_phi" + of, true, kFrameToleranceRad});
+    system.epochs.insert(system.epochs.end(), kEpochColumns, epoch);
+  }
+}
+
+ForwardResult modelled_pose(const Mechanism& mechanism, const Reading& reading,
+                            const EpochOffset& offset) {
+  const ForwardResult at =
+      forward(mechanism.geometry, reading.conditions.cmd_mm + offset.l_zero_mm, mechanism.home);
+  const std::string point = "seq " + std::to_string(reading.seq);
+  if (!at.ok()) {
+    throw InputError({.what = "the commanded displacements are out of the modelled robot's reach",
+                      .where = {.point = point}});
+  }
+  if (!reading.measured) {
+    throw InputError({.what = "this reading has no measured pose", .where = {.point = point}});
+  }
+  return at;
+}
+
+/// d(x, y, phi) of the three joint zeros and the frame offset (added to the reading) of an epoch.
+Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const ErrorJacobian& J_e) {
+  Eigen::Matrix<double, 3, kEpochColumns> J;
+  for (int i = 0; i < kChains; ++i) J.col(i) = J_e.col(6 * i + 4);  // as the joint zero l_i
+  J.rightCols<3>().setIdentity();
+  return J;
+}
+
+}  // namespace
+
+LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readings,
+                     const TrackerSigma& sigma, const LsqOptions& options,
+                     const std::map<int, EpochOffset>& offsets) {
+  require_weights(sigma, options);
+  const int geometry_columns = options.complete ? kGeometryParameters : kPaperParameters;
+  const std::vector<int> later = later_epochs(readings, options);
+  LsqSystem system;
+  name_columns(system, later, geometry_columns);
+  const auto rows = static_cast<Eigen::Index>(3 * readings.size());
+  system.A.setZero(rows, static_cast<Eigen::Index>(system.parameters.size()));
+  system.b.resize(rows);
+  const Eigen::Vector3d weight(1 / sigma.xy_mm, 1 / sigma.xy_mm,
+                               options.attitude_weight / sigma.phi_rad);
+  for (std::size_t j = 0; j < readings.size(); ++j) {
+    const auto known = offsets.find(readings[j].conditions.epoch);
+    const EpochOffset offset = known == offsets.end() ? EpochOffset{} : known->second;
+    const ForwardResult at = modelled_pose(mechanism, readings[j], offset);
+    const ErrorJacobian J_e = error_jacobian(mechanism.geometry, at.pose, at.at);
+    const auto row = static_cast<Eigen::Index>(3 * j);
+    system.b.segment<3>(row) =
+        pose_difference(*readings[j].measured, at.pose) - offset.frame.vector();
+    system.A.block(row, 0, 3, geometry_columns) = J_e.leftCols(geometry_columns);
+    const auto own = std::find(later.begin(), later.end(), readings[j].conditions.epoch);
+    if (own != later.end()) {
+      system.A.block<3, kEpochColumns>(
+          row, geometry_columns + kEpochColumns * (own - later.begin())) = epoch_columns(J_e);
+    }
+    system.A.middleRows<3>(row).array().colwise() *= weight.array();
+    system.b.segment<3>(row).array() *= weight.array();
+  }
+  for (std::size_t k = 0; k < system.parameters.size(); ++k) {
+    system.A.col(static_cast<Eigen::Index>(k)) *= system.parameters[k].tolerance;
+  }
+  return system;
+}
+
+}  // namespace trammel
