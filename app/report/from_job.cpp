@@ -1,5 +1,7 @@
 #include "app/report/from_job.hpp"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 namespace trammel::report {
@@ -14,11 +16,25 @@ ParameterRow parameter_row(const Json& p, const char* value) {
   row.unit = p.at("unit");
   row.epoch = p.value("epoch", 1);
   row.identified = p.value("identified", true);
+  row.paper = paper_parameter(row.name);
   if (row.identified) {
     row.value = p.at(value);
     row.standard_uncertainty = p.at("standard_uncertainty");
   }
   return row;
+}
+
+/// Jobs of older versions do not say how large each kind of residual is.
+std::string why_attitude(const Json& details) {
+  if (!details.contains("attitude_rms_sigma")) return "";
+  return fmt::format(
+      "The fit weighs {:.4f} mm in x or y like {:.4f} deg in phi (the tracker's sigmas), and its "
+      "constants cannot follow these readings: residuals of {:.1f} sigma in position, {:.1f} in "
+      "attitude. So it gives attitude away for position; `trammel calibrate lsq --attitude-weight` "
+      "above 1 gives it back.",
+      details.at("sigma_xy_mm").get<double>(), details.at("sigma_phi_deg").get<double>(),
+      details.at("position_rms_sigma").get<double>(),
+      details.at("attitude_rms_sigma").get<double>());
 }
 
 }  // namespace
@@ -37,6 +53,10 @@ Identification identification_of(const store::Job& lsq) {
     if (!p.at("alone").get<bool>()) found.combinations.push_back(parameter_row(p, "change"));
   }
   found.words = result.at("words");
+  found.sigma_ratio = details.at("sigma_ratio");
+  found.explained = details.at("explained");
+  const Json parameters = Json::parse(lsq.data.parameters_json);
+  if (parameters.value("attitude_weight", 1.0) == 1) found.why_attitude = why_attitude(details);
   return found;
 }
 
@@ -47,6 +67,10 @@ NetworkFit network_of(const store::Job& rbf) {
   fit.neurons = details.at("neurons");
   fit.n = details.at("samples");
   fit.sigma_mm = details.at("sigma_mm");
+  if (const Json& trials = details.at("trials"); !trials.empty()) {
+    fit.least_sigma_mm = trials.front().at("sigma_mm");
+    fit.largest_sigma_mm = trials.back().at("sigma_mm");
+  }
   fit.mae_mm = training.at("mae_mm");
   fit.mse_mm2 = training.at("mse_mm2");
   for (std::size_t i = 0; i < fit.r2.size(); ++i) {

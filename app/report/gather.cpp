@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/cli/context.hpp"
+#include "app/exchange/numbers.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/report/from_job.hpp"
 #include "app/report/measured.hpp"
+#include "app/report/remarks.hpp"
+#include "app/report/simulation.hpp"
 #include "core/assess/circle.hpp"
 #include "core/assess/deviation.hpp"
 #include "core/measure/noise.hpp"
@@ -151,9 +153,6 @@ CircleDeviation deviation(const FittedCircle& seen, const FittedCircle& wanted) 
   return {seen.x_mm - wanted.x_mm, seen.y_mm - wanted.y_mm, seen.radius_mm - wanted.radius_mm};
 }
 
-/// Rounded to a nanometre, and no -0: for showing what was asked for.
-double tidy_mm(double value_mm) { return std::round(value_mm * 1e6) / 1e6 + 0.0; }
-
 CircleTable circle_table(const store::Job& job, const Paired& paired) {
   CircleTable table{.method = method_of(job), .after_predicted = paired.predicted};
   const Errors errors = errors_of(paired.pairs, true);
@@ -170,9 +169,9 @@ CircleTable circle_table(const store::Job& job, const Paired& paired) {
     }
     const FittedCircle wanted = fit_circle(targets);
     table.rows.push_back({.name = role,
-                          .x_mm = tidy_mm(wanted.x_mm),
-                          .y_mm = tidy_mm(wanted.y_mm),
-                          .radius_mm = tidy_mm(wanted.radius_mm),
+                          .x_mm = rounded(wanted.x_mm, 6),
+                          .y_mm = rounded(wanted.y_mm, 6),
+                          .radius_mm = rounded(wanted.radius_mm, 6),
                           .n = static_cast<int>(pairs.size()),
                           .before = deviation(fit_circle(before), wanted),
                           .after = deviation(fit_circle(after), wanted)});
@@ -260,6 +259,9 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
       Paired pairs = paired(measured, group, *job);
       if (!worth_showing(*job, group, pairs)) continue;
       add_tables(report, group, *job, pairs);
+      if (job->data.stage == "lsq") {
+        report.simulation.push_back(simulation_table(measured, group, *job, fitted(*job, group)));
+      }
       if (!fitted(*job, group)) held_out.emplace(job->data.stage, std::move(pairs));
     }
     if (held_out.contains("idw") && held_out.contains("rbf") && !report.contest) {
@@ -274,6 +276,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   if (const auto diagnosis = jobs.find("diagnose"); diagnosis != jobs.end()) {
     report.story = story_of(connection, measured, diagnosis->second);
   }
+  report.remarks = remarks_on(report);
   add_origin(report, connection, campaign.id, measured);
   return report;
 }

@@ -22,14 +22,44 @@ constexpr std::array<Row, 6> kRows = {{
     {"rbf-48-attitude", "X", {0.0727, 0.1607, 0.0114}, {0.0389, 0.0850, 0.0000}},
 }};
 
+struct Parameter {
+  const char* name;
+  double value;  // mm or deg
+};
+/// Table III; what is blank there is absent here.
+constexpr std::array<Parameter, 11> kTableIII = {{{"alpha_1", 0.0094},
+                                                  {"alpha_2", 0.0050},
+                                                  {"alpha_3", 0.0030},
+                                                  {"beta_1", 0.0073},
+                                                  {"beta_2", -0.0018},
+                                                  {"l_1", -0.2635},
+                                                  {"l_2", 0.3707},
+                                                  {"l_3", -0.2933},
+                                                  {"S_1", 0.0041},
+                                                  {"S_3", 0.0187},
+                                                  {"r_3", 0.0054}}};
+
 }  // namespace
+
+std::optional<double> paper_parameter(const std::string& name) {
+  for (const Parameter& p : kTableIII) {
+    if (name == p.name) return p.value;
+  }
+  return std::nullopt;
+}
 
 std::optional<PaperFigures> paper_figures(const std::string& id) {
   const auto* row =
       std::find_if(kRows.begin(), kRows.end(), [&id](const Row& r) { return r.id == id; });
   if (row == kRows.end()) return std::nullopt;
-  return PaperFigures{row->table,    row->before[0], row->before[1], row->before[2],
-                      row->after[0], row->after[1],  row->after[2]};
+  return PaperFigures{.table = row->table,
+                      .in_sample = id.starts_with("lsq"),
+                      .before_mean = row->before[0],
+                      .before_max = row->before[1],
+                      .before_min = row->before[2],
+                      .after_mean = row->after[0],
+                      .after_max = row->after[1],
+                      .after_min = row->after[2]};
 }
 
 }  // namespace trammel::report

@@ -14,6 +14,7 @@ namespace trammel::report {
 /// The paper's own figures for a table of ours. Source: Zhang et al. 2024, Tables IV to XI.
 struct PaperFigures {
   std::string table = {};  // "IV"
+  bool in_sample = false;  // the paper's lsq judged the points it fitted, its maps unmeasured ones
   double before_mean = 0, before_max = 0, before_min = 0;
   double after_mean = 0, after_max = 0, after_min = 0;
 };
@@ -74,6 +75,21 @@ struct CircleTable {
 /// Mean of the absolute deviations over the circles, as the paper's Table XI has them.
 CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation CircleRow::*side);
 
+/// Where simulation and measurement are compared: all points, or those of a ring about O_A.
+struct SimulationRow {
+  double from_mm = 0, to_mm = 0;  // distance of the target from O_A
+  int n = 0;
+  double measured_mm = 0, simulated_mm = 0, left_mm = 0;  // means; left: of measured - simulated
+};
+
+/// Forward kinematics with the identified values against measurement (the paper's Figs. 7, 8).
+struct SimulationTable {
+  bool in_sample = false;
+  SimulationRow all = {};
+  double left_max_mm = 0;
+  std::vector<SimulationRow> rings = {};
+};
+
 /// One identified error source, mm or deg.
 struct ParameterRow {
   std::string name = {};
@@ -81,7 +97,8 @@ struct ParameterRow {
   int epoch = 1;
   double value = 0;
   double standard_uncertainty = 0;
-  bool identified = false;  // by itself; else the value means nothing alone
+  bool identified = false;           // by itself; else the value means nothing alone
+  std::optional<double> paper = {};  // the paper's Table III, where it printed a value
 };
 struct Identification {
   std::string job_key = {};
@@ -90,13 +107,17 @@ struct Identification {
   std::vector<ParameterRow> parameters = {};
   std::vector<ParameterRow> combinations = {};  // "l_2 - R_2"
   std::vector<std::string> words = {};          // what is not identifiable
+  double sigma_ratio = 0;                       // residuals over noise; 1 when noise explains all
+  bool explained = true;                        // as far as chance goes, by the fit's own limit
+  std::string why_attitude = {};                // how attitude was weighted, and what came of it
 };
 
 /// How well the network meets its own samples, mm (Table VIII).
 struct NetworkFit {
   int neurons = 0;
   int n = 0;
-  double sigma_mm = 0;  // the spread that leave-one-out chose
+  double sigma_mm = 0;                              // the common spread
+  double least_sigma_mm = 0, largest_sigma_mm = 0;  // of the grid it was chosen from; 0: given
   double mae_mm = 0, mse_mm2 = 0;
   std::array<std::optional<double>, 3> r2_pearson;  // per joint
   std::array<std::optional<double>, 3> r2;          // 1 - SSE / SST
@@ -125,6 +146,8 @@ struct Report {
   std::optional<Contest> contest = {};
   std::optional<CircleTable> circles = {};
   std::optional<Identification> identification = {};
+  std::vector<SimulationTable> simulation = {};
+  std::vector<std::string> remarks = {};  // where a method makes something worse, and why
   std::optional<NetworkFit> network = {};
   std::vector<StoryRound> story = {};
   std::vector<SessionRow> sessions = {};
@@ -136,6 +159,9 @@ struct Report {
 
 /// The paper's figures for a table's id, where it printed any.
 std::optional<PaperFigures> paper_figures(const std::string& id);
+
+/// The paper's identified value of a parameter (Table III), mm or deg, where it printed one.
+std::optional<double> paper_parameter(const std::string& name);
 
 /// Tables XI and VIII of the paper.
 inline constexpr CircleDeviation kPaperCircles = {0.0367, 0.0432, 0.0993};  // means after, mm

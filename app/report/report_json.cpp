@@ -1,4 +1,5 @@
 #include "app/report/print.hpp"
+#include "app/report/simulation.hpp"
 
 namespace trammel::report {
 
@@ -21,6 +22,7 @@ Json optional_json(const std::optional<double>& value) {
 Json paper_json(const PaperFigures& paper) {
   return {
       {"table", paper.table},
+      {"in_sample", paper.in_sample},
       {"before",
        {{"mean", paper.before_mean}, {"max", paper.before_max}, {"min", paper.before_min}}},
       {"after", {{"mean", paper.after_mean}, {"max", paper.after_max}, {"min", paper.after_min}}},
@@ -72,16 +74,21 @@ Json circles_json(const CircleTable& circles) {
   return json;
 }
 
+/// What is not identified has no number.
+std::optional<double> number(const ParameterRow& row, double value) {
+  return row.identified ? std::optional<double>(value) : std::nullopt;
+}
+
 Json parameters_json(const std::vector<ParameterRow>& rows) {
   Json json = Json::array();
   for (const ParameterRow& row : rows) {
-    json.push_back(
-        {{"name", row.name},
-         {"unit", row.unit},
-         {"epoch", row.epoch},
-         {"value", row.identified ? Json(row.value) : Json()},
-         {"standard_uncertainty", row.identified ? Json(row.standard_uncertainty) : Json()},
-         {"identified", row.identified}});
+    json.push_back({{"name", row.name},
+                    {"unit", row.unit},
+                    {"epoch", row.epoch},
+                    {"value", optional_json(number(row, row.value))},
+                    {"standard_uncertainty", optional_json(number(row, row.standard_uncertainty))},
+                    {"identified", row.identified}});
+    if (row.paper) json.back()["paper"] = *row.paper;
   }
   return json;
 }
@@ -141,6 +148,7 @@ nlohmann::ordered_json to_json(const Report& report) {
                {"noise", report.noise},
                {"floor_mean_mm", optional_json(report.floor_mean_mm)},
                {"floor_mean_deg", optional_json(report.floor_mean_deg)},
+               {"remarks", report.remarks},
                {"tables", Json::array()}};
   for (const ErrorTable& table : report.tables) json["tables"].push_back(table_json(table));
   if (report.circles) json["tables"].push_back(circles_json(*report.circles));
@@ -149,10 +157,12 @@ nlohmann::ordered_json to_json(const Report& report) {
     json["identification"] = {{"job_key", found->job_key},
                               {"rank", found->rank},
                               {"columns", found->columns},
+                              {"sigma_ratio", found->sigma_ratio},
                               {"parameters", parameters_json(found->parameters)},
                               {"combinations", parameters_json(found->combinations)},
                               {"words", found->words}};
   }
+  if (!report.simulation.empty()) json["simulation"] = simulation_json(report.simulation);
   if (report.network) json["network"] = network_json(*report.network);
   if (!report.story.empty()) json["story"] = story_json(report.story);
   json.update(origin_json(report));

@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/cli/context.hpp"
+#include "app/exchange/numbers.hpp"
 #include "app/report/lines.hpp"
 #include "app/report/print.hpp"
+#include "app/report/simulation.hpp"
 
 namespace trammel::report {
 
@@ -37,11 +40,11 @@ std::string row(const std::string& label, const std::string& set, const std::str
   return line + "\n";
 }
 
-std::string paper_row(const PaperFigures& paper, bool in_sample) {
+std::string paper_row(const PaperFigures& paper) {
   const auto columns = [](double mean, double max, double min) {
     return fmt::format("{:7.4f} {:7.4f} {:7.4f}", mean, max, min);
   };
-  return row("  paper, " + paper.table, in_sample ? "in-sample" : "held-out", "",
+  return row("  paper, " + paper.table, paper.in_sample ? "in-sample" : "held-out", "",
              columns(paper.before_mean, paper.before_max, paper.before_min),
              columns(paper.after_mean, paper.after_max, paper.after_min),
              percent(100 * (1 - paper.after_mean / paper.before_mean)));
@@ -62,7 +65,7 @@ std::string figure_tables(const Report& report, const std::string& figure) {
                 table.in_sample ? "in-sample" : "held-out", std::to_string(table.before.n),
                 error_columns(table.before), error_columns(table.after),
                 percent(improvement_pct(table.before, table.after)));
-    if (table.paper) text += paper_row(*table.paper, table.in_sample);
+    if (table.paper) text += paper_row(*table.paper);
   }
   const auto& floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
   if (!text.empty() && floor) {
@@ -84,6 +87,7 @@ std::string notes(const Report& report) {
         "its\n"
         "   error, only the command changes.\n";
   }
+  for (const std::string& remark : report.remarks) text += "\n" + wrapped("Note: " + remark);
   return text;
 }
 
@@ -122,7 +126,8 @@ std::string contest_text(const Contest& c) {
 }
 
 std::string deviation_columns(const CircleDeviation& d) {
-  return fmt::format("{:+8.4f} {:+8.4f} {:+8.4f}", d.centre_x_mm, d.centre_y_mm, d.radius_mm);
+  return fmt::format("{:+8.4f} {:+8.4f} {:+8.4f}", rounded(d.centre_x_mm, 4),
+                     rounded(d.centre_y_mm, 4), rounded(d.radius_mm, 4));
 }
 
 std::string circles_text(const CircleTable& circles) {
@@ -149,27 +154,33 @@ std::string circles_text(const CircleTable& circles) {
   return text;
 }
 
-std::string parameter_lines(const std::vector<ParameterRow>& rows) {
-  std::string text;
-  for (const ParameterRow& p : rows) {
-    if (!p.identified) continue;
-    const std::string epoch = p.epoch > 1 ? fmt::format(" (epoch {})", p.epoch) : "";
-    text += fmt::format("  {:<22} {:>10.4f} {:<4} +- {:.4f}\n", p.name + epoch, p.value, p.unit,
-                        p.standard_uncertainty);
-  }
-  return text;
+std::string parameter_line(const ParameterRow& p) {
+  const std::string name = p.epoch > 1 ? fmt::format("{} (epoch {})", p.name, p.epoch) : p.name;
+  const std::string value = p.identified ? fmt::format("{:>9.4f} {:<4} +- {:<8.4f}", p.value,
+                                                       p.unit, p.standard_uncertainty)
+                                         : fmt::format("{:>9} {:<4}", "-", p.unit);
+  std::string line = fmt::format("  {:<26} {:<27} {}", name, value,
+                                 p.paper ? fmt::format("{:>9.4f}", *p.paper) : "");
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + "\n";
 }
 
 std::string identification_text(const Identification& found) {
   std::string text = heading("Identified error sources (the paper's Table III)");
-  text += fmt::format("rank {} of {} columns; +- is one standard uncertainty\n", found.rank,
-                      found.columns);
-  text += parameter_lines(found.parameters) + parameter_lines(found.combinations);
-  std::string others;
-  for (const ParameterRow& p : found.parameters) {
-    if (!p.identified && p.epoch == 1) others += (others.empty() ? "" : ", ") + p.name;
+  text += fmt::format("rank {} of {} columns\n", found.rank, found.columns);
+  text += fmt::format("  {:<26} {:<27} {:>9}\n", "", "change from nominal", "the paper");
+  for (const auto* rows : {&found.parameters, &found.combinations}) {
+    for (const ParameterRow& p : *rows) text += parameter_line(p);
   }
-  if (!others.empty()) text += "not identified one by one: " + others + "\n";
+  text += wrapped(
+      "-: not identified by itself, so no number is given; the paper's there are one of many "
+      "solutions that fit as well. +-: one standard uncertainty" +
+      (found.explained
+           ? std::string(".")
+           : fmt::format(
+                 ", widened: residuals are {:.1f} times the noise, so the values have taken "
+                 "up what constants cannot explain.",
+                 found.sigma_ratio)));
   for (const std::string& sentence : found.words) text += wrapped("- " + sentence, "  ");
   return text;
 }
@@ -180,10 +191,17 @@ std::string joint_numbers(const std::array<std::optional<double>, 3>& values) {
   return text;
 }
 
+std::string spread_words(const NetworkFit& fit) {
+  if (fit.largest_sigma_mm == 0) return "as given";
+  const bool at_end = fit.sigma_mm == fit.least_sigma_mm || fit.sigma_mm == fit.largest_sigma_mm;
+  return fmt::format("leave-one-out, {:g} to {:g} mm{}", fit.least_sigma_mm, fit.largest_sigma_mm,
+                     at_end ? ": the end of the grid" : "");
+}
+
 std::string network_text(const NetworkFit& fit) {
   std::string text = heading("Network fit, in-sample (the paper's Table VIII)");
-  text += fmt::format("{} neurons on {} points, common spread {:.1f} mm (leave-one-out)\n",
-                      fit.neurons, fit.n, fit.sigma_mm);
+  text += fmt::format("{} neurons on {} points, common spread {:.1f} mm ({})\n", fit.neurons, fit.n,
+                      fit.sigma_mm, spread_words(fit));
   text += fmt::format("MAE {:.4f} mm (paper {:.4f}), MSE {:.6f} mm^2 (paper {:.4f})\n", fit.mae_mm,
                       kPaperMae_mm, fit.mse_mm2, kPaperMse_mm2);
   text += "R^2 = 1 - SSE/SST per joint:" + joint_numbers(fit.r2) + "\n";
@@ -193,8 +211,10 @@ std::string network_text(const NetworkFit& fit) {
 
 std::string origin_text(const Report& report) {
   std::string text = heading("Where it comes from");
+  std::size_t width = 0;
+  for (const SessionRow& s : report.sessions) width = std::max(width, printable(s.name).size());
   for (const SessionRow& s : report.sessions) {
-    text += fmt::format("session {:<24} {:>4} readings  {:<12} {}\n", printable(s.name),
+    text += fmt::format("session {:<{}} {:>4} readings  {:<16} {}\n", printable(s.name), width,
                         s.n_readings, printable(s.plan),
                         s.compensation.empty() ? "baseline" : "after " + s.compensation);
   }
@@ -259,6 +279,7 @@ std::string to_text(const Report& report) {
   if (report.contest) text += contest_text(*report.contest);
   if (report.circles) text += circles_text(*report.circles);
   if (report.identification) text += identification_text(*report.identification);
+  text += simulation_text(report.simulation);
   if (report.network) text += network_text(*report.network);
   text += story_text(report.story);
   return text + origin_text(report);

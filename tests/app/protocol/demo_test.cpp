@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
 
 #include "core/random.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "store/session.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -103,6 +106,26 @@ void check_story(const Json& story) {
   for (const Json& round : story) CHECK(round.at("judged_on")[0].at("session") == "measure-48");
 }
 
+/// Every piece of the report that the README shows is what the program prints.
+void check_readme(const std::string& report) {
+  std::istringstream readme(tests::read_text(tests::source_folder() + "/README.md"));
+  int n_pieces = 0;
+  std::optional<std::string> piece;
+  for (std::string line; std::getline(readme, line);) {
+    if (line != "```") {
+      if (piece) *piece += line + "\n";
+      continue;
+    }
+    const bool command = piece && piece->starts_with("$ ");
+    if (piece && !command) {
+      ++n_pieces;
+      CHECK_THAT(report, Contains(*piece));
+    }
+    piece = piece ? std::nullopt : std::optional<std::string>("");
+  }
+  CHECK(n_pieces == 7);
+}
+
 }  // namespace
 
 TEST_CASE("the demo run twice gives bit-identical results", "[protocol]") {
@@ -134,7 +157,15 @@ TEST_CASE("the demo run twice gives bit-identical results", "[protocol]") {
   CHECK(json.at("tables").back().at("circles")[0].at("n") == 72);
   check_model(json);
   check_story(json.at("story"));
+  check_readme(first.out);
   CHECK_THAT(first.out, Contains("round 1: ") && Contains("x the floor: reached"));
+  // What gets worse is said in words, with the reason.
+  REQUIRE(json.at("remarks").size() == 1);
+  CHECK_THAT(json.at("remarks")[0].get<std::string>(), Contains("lsq makes attitude worse") &&
+                                                           Contains("0.0550 deg") &&
+                                                           Contains("--attitude-weight"));
+  CHECK_THAT(first.out, Contains("Note: lsq makes attitude worse"));
+  CHECK(first.out.find("-0.0000") == std::string::npos);
   for (const Json& table : json.at("tables")) {
     // Least squares on 18 constants leaves 0.05 to 0.1 mm of a drive error, and must not add to it.
     if (table.at("figure") == "position") CHECK(table.at("improvement_pct") > 40);

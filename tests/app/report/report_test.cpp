@@ -65,6 +65,26 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   CHECK(report.at("identification").at("rank") == 12);
   CHECK(report.at("identification").at("columns") == 18);
   CHECK(report.at("chain_head").get<std::string>().size() == 64);
+  for (const Json& p : report.at("identification").at("parameters")) {
+    CAPTURE(p.at("name"));
+    CHECK(p.at("value").is_number() == p.at("identified").get<bool>());
+    if (p.at("name") == "l_2") CHECK(p.at("paper") == 0.3707);
+  }
+
+  // Figs. 7 and 8: what constants cannot follow is left, in-sample and held-out.
+  const Json& simulation = report.at("simulation");
+  REQUIRE(simulation.size() == 2);
+  CHECK(simulation[0].at("in_sample") == true);
+  CHECK(simulation[1].at("in_sample") == false);
+  for (const Json& s : simulation) {
+    CHECK(s.at("left_mean_mm") < s.at("measured_mean_mm"));
+    int n = 0;
+    for (const Json& ring : s.at("rings")) n += ring.at("n").get<int>();
+    CHECK(n == s.at("n").get<int>());
+  }
+  // Errors count from where the command leads there, from the target here.
+  CHECK_THAT(simulation[0].at("measured_mean_mm").get<double>(),
+             WithinAbs(table(report, "lsq-80-position").at("before").at("mean"), 1e-8));
 
   const Json same = Json::parse(run({"compare", "drive-error", "drive-error", "--json"}));
   CHECK(same.at("tables").size() == report.at("tables").size());
@@ -74,6 +94,7 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   CHECK_THAT(text, Contains("predicted from the readings before, not measured again"));
   CHECK_THAT(text, Contains("rank 12 of 18"));
   CHECK_THAT(text, Contains("noise floor"));
+  CHECK_THAT(text, Contains("0.3707") && Contains("the paper's Figs. 7, 8"));
 }
 
 TEST_CASE("a campaign without calibration has a report that says so", "[report]") {
@@ -88,6 +109,8 @@ TEST_CASE("a campaign without calibration has a report that says so", "[report]"
 
 TEST_CASE("the paper's figures stand at the tables that it printed, and nowhere else", "[report]") {
   CHECK(report::paper_figures("lsq-80-position")->after_mean == 0.0241);
+  CHECK(report::paper_figures("lsq-80-position")->in_sample);
+  CHECK_FALSE(report::paper_figures("idw-48-position")->in_sample);  // whatever ours was
   CHECK(report::paper_figures("rbf-48-attitude")->table == "X");
   CHECK_FALSE(report::paper_figures("lsq-48-position").has_value());
 }

@@ -1,0 +1,43 @@
+#include "app/report/remarks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace trammel::report {
+
+std::vector<std::string> remarks_on(const Report& report) {
+  struct Worse {
+    std::string method, figure, text;
+  };
+  std::vector<Worse> found;
+  for (const ErrorTable& t : report.tables) {
+    if (!(t.after.mean > t.before.mean)) continue;
+    const std::string figures =
+        fmt::format("mean {:.4f} -> {:.4f} {} on {} {} points, {}", t.before.mean, t.after.mean,
+                    t.unit, t.before.n, t.in_sample ? "in-sample" : "held-out",
+                    t.after_predicted ? "predicted" : "measured again");
+    const auto same = std::find_if(found.begin(), found.end(), [&](const Worse& w) {
+      return w.method == t.method && w.figure == t.figure;
+    });
+    if (same != found.end()) {
+      same->text += "; " + figures;
+    } else {
+      found.push_back(
+          {t.method, t.figure, fmt::format("{} makes {} worse: {}", t.method, t.figure, figures)});
+    }
+  }
+  std::vector<std::string> remarks;
+  for (const Worse& w : found) {
+    std::string text = w.text + ".";
+    const bool explained = w.method == "lsq" && w.figure == "attitude" && report.identification &&
+                           !report.identification->explained;
+    if (explained && !report.identification->why_attitude.empty()) {
+      text += " " + report.identification->why_attitude;
+    }
+    remarks.push_back(text);
+  }
+  return remarks;
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/report/report.hpp"
+
+namespace trammel::report {
+
+/// One sentence for each method and figure whose mean error is larger after than before, and why
+/// where that is known. Proof: the demo's attitude under lsq (demo_test.cpp).
+std::vector<std::string> remarks_on(const Report& report);
+
+}  // namespace trammel::report
