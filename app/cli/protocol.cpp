@@ -12,6 +12,7 @@
 #include "app/protocol/run.hpp"
 #include "app/report/gather.hpp"
 #include "app/report/print.hpp"
+#include "app/session/plan_json.hpp"
 #include "app/session/stop_signal.hpp"
 #include "store/open.hpp"
 
@@ -31,17 +32,26 @@ session::Surroundings surroundings_of(const Context& context) {
   return surroundings;
 }
 
-/// Runs the protocol, telling each step.
+/// One step, and everything that is wrong with its plan.
+void tell(const protocol::StepOutcome& step, const std::string& number, const Context& context) {
+  context.say(fmt::format("{}  {:<17} {}{}", number, printable(step.name), printable(step.detail),
+                          step.done_before ? "  (done before)" : ""));
+  for (const Violation& violation : step.violations) context.say("  " + describe(violation));
+}
+
+/// Runs the protocol, telling each step. A plan that is not safe is refused before there is a
+/// database.
 protocol::Outcome execute(const protocol::Protocol& protocol, const Context& context) {
+  const std::vector<protocol::StepOutcome> unsafe = protocol::preflight(protocol);
+  for (const protocol::StepOutcome& step : unsafe) tell(step, "refused", context);
+  if (!unsafe.empty()) return {.steps = unsafe, .code = unsafe.front().code};
   store::Connection connection = store::open(context.db(), store::Access::create);
   session::count_stop_signals();
   std::size_t n = 0;
-  return protocol::run(
-      connection, protocol, surroundings_of(context), [&](const protocol::StepOutcome& step) {
-        context.say(fmt::format("{:>2}/{}  {:<17} {}{}", ++n, protocol.steps.size(),
-                                printable(step.name), printable(step.detail),
-                                step.done_before ? "  (done before)" : ""));
-      });
+  return protocol::run(connection, protocol, surroundings_of(context),
+                       [&](const protocol::StepOutcome& step) {
+                         tell(step, fmt::format("{:>2}/{}", ++n, protocol.steps.size()), context);
+                       });
 }
 
 report::Report report_of(const std::string& campaign, const Context& context) {
@@ -58,12 +68,19 @@ Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
                      {"skipped", step.skipped},
                      {"detail", step.detail},
                      {"exit_code", static_cast<int>(step.code)}});
+    if (!step.violations.empty()) {
+      steps.back()["violations"] = session::violations_json(step.violations);
+    }
   }
   return steps;
 }
 
 void say_stopped(const protocol::Outcome& outcome, const std::string& again,
                  const Context& context) {
+  if (!outcome.steps.back().violations.empty()) {
+    context.say("nothing has moved: mend the plans or the mechanism's limits first");
+    return;
+  }
   context.say(fmt::format("stopped in step {}: what was measured is stored",
                           printable(outcome.steps.back().name)));
   context.next(again);
@@ -158,7 +175,9 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   const report::Report found = report_of(protocol.name, context);
   const Json json = report::to_json(found);
   write_file_atomically(folder / "report.txt", report::to_text(found));
-  write_file_atomically(folder / "report.json", json.dump(2) + "\n");
+  Json file = {{"schema", "trammel/report/1"}};
+  file.update(json);
+  write_file_atomically(folder / "report.json", file.dump(2) + "\n");
   if (context.json) {
     context.print("demo",
                   {{"database", context.db()}, {"folder", folder.string()}, {"report", json}});

@@ -94,7 +94,12 @@ ExitCode run_run(const RunOptions& options, Context& context) {
     context.say("dry run: nothing is stored and nothing moves");
     return report(outcome, "run", request.session, context);
   }
-  store::Connection db = store::open(context.db(), store::Access::create);
+  if (options.compensate.empty()) {  // a bad plan or robot leaves no database behind
+    const session::Outcome looked = session::dry_run(request, NominalCorrection{});
+    if (!looked.violations.empty()) return report(looked, "run", request.session, context);
+  }
+  store::Connection db = store::open(
+      context.db(), options.compensate.empty() ? store::Access::create : store::Access::write);
   if (!options.compensate.empty()) {
     request.compensation_job = job::find_compensation(db, request.campaign, options.compensate);
   }
@@ -102,7 +107,8 @@ ExitCode run_run(const RunOptions& options, Context& context) {
   const session::Outcome outcome = session::run(db, request, around);
   const ExitCode code = report(outcome, "run", request.session, context);
   if (outcome.state == session::State::done) {
-    context.next("trammel calibrate lsq " + printable(request.campaign));
+    context.next((request.compensation_job ? "trammel report " : "trammel calibrate lsq ") +
+                 shell_word(request.campaign));
   } else if (outcome.session_id != 0) {
     context.say(fmt::format("go on with: trammel session resume {} --session '{}'",
                             printable(request.campaign), printable(request.session)));

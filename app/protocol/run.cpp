@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "app/device/open.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
@@ -25,19 +26,23 @@ struct Run {
   std::set<std::string> skipped = {};            // measure steps
 };
 
-Plan plan_of(const Run& run, const MeasureStep& step) {
-  if (!step.next_points_of.empty()) return run.next_points.at(step.next_points_of);
+Plan named_plan_of(const MeasureStep& step) {
   PlanRequest request{.name = step.plan, .groups = named_groups(step.plan)};
   request.set = step.set;
   request.approaches = {step.approach};
   return build_plan(request);
 }
 
+std::string stage_of(const Protocol& protocol) {
+  return "sim:" + std::filesystem::absolute(protocol.robot).lexically_normal().string();
+}
+
 StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step) {
   session::Request request;
   request.campaign = run.protocol.name;
   request.session = name;
-  request.plan = plan_of(run, step);
+  request.plan =
+      step.next_points_of.empty() ? named_plan_of(step) : run.next_points.at(step.next_points_of);
   if (request.plan.points.empty()) {
     run.skipped.insert(name);
     return {.name = name,
@@ -45,8 +50,7 @@ StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step)
             .skipped = true,
             .detail = fmt::format("skipped: {} suggests no points", step.next_points_of)};
   }
-  request.stage =
-      "sim:" + std::filesystem::absolute(run.protocol.robot).lexically_normal().string();
+  request.stage = stage_of(run.protocol);
   if (step.compensate) request.compensation_job = run.jobs.at(*step.compensate);
   const session::Outcome outcome =
       session::run_or_resume(run.connection, request, run.surroundings);
@@ -57,6 +61,7 @@ StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step)
                         ? fmt::format("{} points", outcome.n_points)
                         : fmt::format("{} of {} points: {}", outcome.n_before + outcome.n_stored,
                                       outcome.n_points, outcome.detail),
+          .violations = outcome.violations,
           .code = outcome.exit_code()};
 }
 
@@ -168,6 +173,29 @@ StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
 }
 
 }  // namespace
+
+std::vector<StepOutcome> preflight(const Protocol& protocol) {
+  std::vector<StepOutcome> unsafe;
+  std::set<std::pair<std::string, Approach>> seen;
+  static_cast<void>(device::open_devices(stage_of(protocol), "sim"));
+  for (const Step& step : protocol.steps) {
+    const auto* measure = std::get_if<MeasureStep>(&step.what);
+    if (measure == nullptr || !measure->next_points_of.empty()) continue;
+    if (!seen.insert({measure->plan, measure->approach}).second) continue;
+    const session::Request request{.campaign = protocol.name,
+                                   .session = step.name,
+                                   .plan = named_plan_of(*measure),
+                                   .stage = stage_of(protocol)};
+    const session::Outcome outcome = session::dry_run(request, NominalCorrection{});
+    if (outcome.violations.empty()) continue;
+    unsafe.push_back({.name = step.name,
+                      .kind = "measure",
+                      .detail = fmt::format("0 of {} points: {}", outcome.n_points, outcome.detail),
+                      .violations = outcome.violations,
+                      .code = outcome.exit_code()});
+  }
+  return unsafe;
+}
 
 std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol) {
   std::vector<StepOutcome> steps;

@@ -12,10 +12,11 @@ namespace trammel::protocol {
 
 struct StepOutcome {
   std::string name;
-  std::string kind;          // "measure", "calibrate", "diagnose"
-  bool done_before = false;  // stored by an earlier run: nothing was repeated
-  bool skipped = false;      // there was nothing to measure
-  std::string detail = {};   // "80 points", "job 3"
+  std::string kind;                        // "measure", "calibrate", "diagnose"
+  bool done_before = false;                // stored by an earlier run: nothing was repeated
+  bool skipped = false;                    // there was nothing to measure
+  std::string detail = {};                 // "80 points", "job 3"
+  std::vector<Violation> violations = {};  // why nothing moved
   ExitCode code = ExitCode::ok;
 };
 
@@ -33,6 +34,11 @@ struct Outcome {
 Outcome run(store::Connection& connection, const Protocol& protocol,
             const session::Surroundings& surroundings,
             const std::function<void(const StepOutcome&)>& tell);
+
+/// Opens the robot and checks the plan of every measure step that has one by now, without
+/// correction: the steps that are not safe, none when all may start. Nothing is stored. Throws as
+/// open_devices.
+std::vector<StepOutcome> preflight(const Protocol& protocol);
 
 /// What `run` would do, step by step: done_before tells what is stored, detail what is left.
 /// Nothing is stored and nothing moves; `connection` may be null where there is no database yet.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/device/open.hpp"
+#include "app/session/agreement.hpp"
 #include "app/session/lock.hpp"
 #include "app/session/runner.hpp"
 #include "app/session/settings.hpp"
@@ -244,9 +245,11 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
 
 Outcome run_or_resume(store::Connection& connection, const Request& request,
                       const Surroundings& surroundings) {
-  const auto campaign = store::find_campaign(connection, request.campaign);
-  if (campaign && store::find_session(connection, campaign->id, request.session)) {
-    return resume(connection, request.campaign, request.session, surroundings);
+  if (const auto campaign = store::find_campaign(connection, request.campaign)) {
+    if (const auto stored = store::find_session(connection, campaign->id, request.session)) {
+      require_same(connection, *stored, request);
+      return resume(connection, request.campaign, request.session, surroundings);
+    }
   }
   return run(connection, request, surroundings);
 }

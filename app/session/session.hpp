@@ -71,6 +71,7 @@ Outcome dry_resume(store::Connection& connection, const std::string& campaign,
                    const std::string& session);
 
 /// run, or resume where the session is there already: done once, whatever happens in between.
+/// Throws InputError when the stored session is not what is asked for (agreement.hpp).
 Outcome run_or_resume(store::Connection& connection, const Request& request,
                       const Surroundings& surroundings);
 
