@@ -23,6 +23,10 @@ Scaled scaled(const Identification& of) {
   Scaled s;
   s.covariance = of.goodness.scale * of.goodness.scale * of.covariance;
   s.base = identified_combinations(of.known, of.parameters, s.covariance, of.values);
+  const auto dropped = [&](int k) { return of.covariance(k, k) == 0; };
+  std::erase_if(s.base, [&](const IdentifiedCombination& c) {
+    return std::ranges::all_of(c.members, dropped);
+  });
   s.correlated = strong_correlations(s.base, s.covariance);
   return s;
 }

@@ -22,8 +22,9 @@ struct Identification {
 };
 
 /// Rank, observability, every parameter (a number only beside one that is identified by itself),
-/// the base parameters ("identified"), strong correlations, and parameters far outside their
-/// machining tolerance ("beyond_tolerance"). Standard uncertainties are scaled by goodness.scale.
+/// the base parameters ("identified", less those that were dropped: they have no variance), strong
+/// correlations, and parameters far outside their machining tolerance ("beyond_tolerance").
+/// Standard uncertainties are scaled by goodness.scale.
 Json identification_json(const Identification& of);
 
 /// The same in sentences, with U (k = 2): what is identified and what is not, the absorption alarm,

@@ -47,6 +47,16 @@ TEST_CASE("no number stands beside a parameter that is not identified by itself"
   }
 }
 
+TEST_CASE("what repeated identification dropped is not told as identified", "[job]") {
+  Campaign campaign = paper_campaign();
+  stretch(campaign, 0.02);
+  const auto result = ran("lsq", campaign, {{"drop_below", 20}});
+  REQUIRE(result.details["rounds"].size() > 1);
+  CHECK(result.details["identified"].size() < result.details["rank"].get<std::size_t>());
+  for (const Json& b : result.details["identified"]) CHECK(b["standard_uncertainty"] > 0);
+  CHECK_THAT(said(result), Contains("dropped as small") && !Contains("+- 0.0000"));
+}
+
 TEST_CASE("what acts together is identified with its uncertainty, in words and in the table",
           "[job]") {
   PaperStore paper;
