@@ -85,14 +85,17 @@ StageResult run_idw(const Campaign& campaign, const Json& p) {
   IdwOptions options{.power = p["power"].get<double>(), .neighbours = p["neighbours"].get<int>()};
   if (p["tune"].get<bool>()) options = tune_idw(samples);
   const IdwMap map = fit_idw(samples, options);
-  return {.correction = MapCorrection{map},
-          .details = {{"samples", samples.size()},
-                      {"places", map.x_mm.size()},
-                      {"power", options.power},
-                      {"neighbours", options.neighbours}},
-          .words = {fmt::format("{} readings in {} places; in-sample errors are zero by "
-                                "construction and say nothing",
-                                samples.size(), map.x_mm.size())}};
+  const bool each_alone = samples.size() == map.x_mm.size();
+  return {
+      .correction = MapCorrection{map},
+      .details = {{"samples", samples.size()},
+                  {"places", map.x_mm.size()},
+                  {"power", options.power},
+                  {"neighbours", options.neighbours}},
+      .words = {fmt::format("{} readings in {} places; in-sample errors are {}, and say "
+                            "nothing of the map between them",
+                            samples.size(), map.x_mm.size(),
+                            each_alone ? "zero by construction" : "the scatter in each place")}};
 }
 
 double least_loo(const RbfTraining& training) {
