@@ -56,7 +56,7 @@ std::string Fields::path(std::string_view name) const {
   return path_.empty() ? std::string(name) : path_ + "." + std::string(name);
 }
 
-bool Fields::has(std::string_view name) const { return value_->contains(std::string(name)); }
+bool Fields::has(std::string_view name) { return find(name) != nullptr; }
 
 const Json* Fields::find(std::string_view name) {
   taken_.emplace(name);
@@ -191,7 +191,8 @@ void Fields::refuse(std::string_view name, std::string what, std::string expecte
                  .where = file_->where(path(name)),
                  .expected = std::move(expected),
                  .hint = std::move(hint)};
-  if (!name.empty() && has(name)) text.got = shown(value_->at(std::string(name)));
+  const auto at = value_->find(std::string(name));
+  if (at != value_->end()) text.got = shown(*at);
   throw InputError(std::move(text));
 }
 

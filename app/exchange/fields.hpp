@@ -25,7 +25,7 @@ class Fields {
   /// The document, which must be an object.
   explicit Fields(const JsonFile& file);
 
-  [[nodiscard]] bool has(std::string_view name) const;
+  [[nodiscard]] bool has(std::string_view name);
 
   // Needed fields throw when missing; with a default they may be absent (but not null).
   double number(std::string_view name);

@@ -92,8 +92,11 @@ TEST_CASE("Fields name the path of a wrong type, a missing and an unknown field"
   CHECK(wrong.got == "\"x\"");
   CHECK(refusal_of([&] { b.number("m"); }).where.field == "a.b[0].m");
   CHECK(refusal_of([&] { top.integer("i"); }).where.line == 2);
+  CHECK_FALSE(top.has("maybe"));
+  CHECK(top.choice("which", {"one", "other"}, "one") == "one");
   const ErrorText unknown = refusal_of([&] { top.done(); });
   CHECK_THAT(unknown.what, Contains("unknown field 'u'"));
+  CHECK(unknown.expected == "one of a, i, maybe, which");
   CHECK(unknown.where.line == 2);
   CHECK_NOTHROW(top.integer("u"));
   CHECK_NOTHROW(top.done());
