@@ -61,6 +61,7 @@ void mark_dropped(const LsqResult& result, Json& details) {
     p = {{"name", p["name"]},
          {"unit", p["unit"]},
          {"identified", false},
+         {"dropped", true},
          {"why", "dropped as small by repeated identification"}};
   }
 }

@@ -16,6 +16,7 @@ ParameterRow parameter_row(const Json& p, const char* value) {
   row.unit = p.at("unit");
   row.epoch = p.value("epoch", 1);
   row.identified = p.value("identified", true);
+  row.dropped = p.value("dropped", false);
   row.paper = paper_parameter(row.name);
   if (row.identified) {
     row.value = p.at(value);

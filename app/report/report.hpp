@@ -98,6 +98,7 @@ struct ParameterRow {
   double value = 0;
   double standard_uncertainty = 0;
   bool identified = false;           // by itself; else the value means nothing alone
+  bool dropped = false;              // as small, by repeated identification
   std::optional<double> paper = {};  // the paper's Table III, where it printed a value
 };
 struct Identification {

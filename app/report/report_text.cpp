@@ -156,9 +156,10 @@ std::string circles_text(const CircleTable& circles) {
 
 std::string parameter_line(const ParameterRow& p) {
   const std::string name = p.epoch > 1 ? fmt::format("{} (epoch {})", p.name, p.epoch) : p.name;
-  const std::string value = p.identified ? fmt::format("{:>9.4f} {:<4} +- {:<8.4f}", p.value,
-                                                       p.unit, p.standard_uncertainty)
-                                         : fmt::format("{:>9} {:<4}", "-", p.unit);
+  const std::string value =
+      p.identified
+          ? fmt::format("{:>9.4f} {:<4} +- {:<8.4f}", p.value, p.unit, p.standard_uncertainty)
+          : fmt::format("{:>9} {:<4}", p.dropped ? "dropped" : "-", p.unit);
   std::string line = fmt::format("  {:<26} {:<27} {}", name, value,
                                  p.paper ? fmt::format("{:>9.4f}", *p.paper) : "");
   line.erase(line.find_last_not_of(' ') + 1);

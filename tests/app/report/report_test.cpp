@@ -95,6 +95,11 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   CHECK_THAT(text, Contains("rank 12 of 18"));
   CHECK_THAT(text, Contains("noise floor"));
   CHECK_THAT(text, Contains("0.3707") && Contains("the paper's Figs. 7, 8"));
+  CHECK_THAT(text, !Contains("dropped"));
+
+  run({"calibrate", "lsq", "drive-error", "--drop-below", "2"});
+  CHECK_THAT(run({"report", "drive-error"}),
+             Contains("dropped mm") && Contains("dropped as small"));
 }
 
 TEST_CASE("a campaign without calibration has a report that says so", "[report]") {
