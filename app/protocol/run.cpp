@@ -10,6 +10,7 @@
 #include "app/job/model_chain.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
+#include "app/job/stages.hpp"
 #include "core/plan/named.hpp"
 
 namespace trammel::protocol {
@@ -37,13 +38,47 @@ std::string stage_of(const Protocol& protocol) {
   return "sim:" + std::filesystem::absolute(protocol.robot).lexically_normal().string();
 }
 
+std::optional<store::SessionRow> stored_session(store::Connection* connection,
+                                                const Protocol& protocol, const std::string& name) {
+  if (connection == nullptr) return std::nullopt;
+  const auto campaign = store::find_campaign(*connection, protocol.name);
+  return campaign ? store::find_session(*connection, campaign->id, name) : std::nullopt;
+}
+
+/// Whether a step asks for both: only readings left out, or another version, tell them apart.
+bool same_step(const store::Job& a, const store::Job& b) {
+  if (a.data.stage != b.data.stage || a.data.sessions != b.data.sessions) return false;
+  const job::Stage& stage = job::find_stage(a.data.stage);
+  return stage.complete(job::Json::parse(a.data.parameters_json)) ==
+         stage.complete(job::Json::parse(b.data.parameters_json));
+}
+
+/// The job a session is measured with: one that has begun goes on with the job it began with, as
+/// long as its step asks for the same.
+store::Id correction_of_step(Run& run, const std::optional<store::SessionRow>& stored,
+                             const std::string& step) {
+  const store::Id now = run.jobs.at(step);
+  if (!stored || !stored->compensation_job) return now;
+  const bool same = same_step(store::get_job(run.connection, *stored->compensation_job),
+                              store::get_job(run.connection, now));
+  return same ? *stored->compensation_job : now;
+}
+
+/// Suggested points that were begun stay, whatever their diagnosis would suggest by now.
+session::Outcome measured(Run& run, const session::Request& request, bool begun_suggestion) {
+  return begun_suggestion
+             ? session::resume(run.connection, request.campaign, request.session, run.surroundings)
+             : session::run_or_resume(run.connection, request, run.surroundings);
+}
+
 StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step) {
+  const auto stored = stored_session(&run.connection, run.protocol, name);
+  const bool suggested = !step.next_points_of.empty();
   session::Request request;
   request.campaign = run.protocol.name;
   request.session = name;
-  request.plan =
-      step.next_points_of.empty() ? named_plan_of(step) : run.next_points.at(step.next_points_of);
-  if (request.plan.points.empty()) {
+  request.plan = suggested ? run.next_points.at(step.next_points_of) : named_plan_of(step);
+  if (!stored && request.plan.points.empty()) {
     run.skipped.insert(name);
     return {.name = name,
             .kind = "measure",
@@ -51,9 +86,10 @@ StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step)
             .detail = fmt::format("skipped: {} suggests no points", step.next_points_of)};
   }
   request.stage = stage_of(run.protocol);
-  if (step.compensate) request.compensation_job = run.jobs.at(*step.compensate);
-  const session::Outcome outcome =
-      session::run_or_resume(run.connection, request, run.surroundings);
+  if (step.compensate) {
+    request.compensation_job = correction_of_step(run, stored, *step.compensate);
+  }
+  const session::Outcome outcome = measured(run, request, stored && suggested);
   return {.name = name,
           .kind = "measure",
           .done_before = outcome.n_stored == 0 && outcome.n_before == outcome.n_points,
@@ -104,13 +140,6 @@ StepOutcome run_step(Run& run, const std::string& name, const DiagnoseStep& step
 
 bool is_done(const std::optional<store::SessionRow>& session) {
   return session && session->n_ok == session->n_points && session->last_event == "done";
-}
-
-std::optional<store::SessionRow> stored_session(store::Connection* connection,
-                                                const Protocol& protocol, const std::string& name) {
-  if (connection == nullptr) return std::nullopt;
-  const auto campaign = store::find_campaign(*connection, protocol.name);
-  return campaign ? store::find_session(*connection, campaign->id, name) : std::nullopt;
 }
 
 StepOutcome look_at(store::Connection* connection, const Protocol& protocol,

@@ -90,6 +90,22 @@ TEST_CASE("a plan beyond the stroke is refused before there is a database, each 
   CHECK(no_database(folder));
 }
 
+TEST_CASE("a reading left out after it was measured makes a new job, and the protocol goes on",
+          "[cli]") {
+  const TemporaryFolder folder;
+  folder.write("robot.json", read_text(kRefusedRobot));
+  folder.write("p.json", small_protocol().dump());
+  const Words run = {"protocol", "run", "p.json"};
+  REQUIRE(run_program(run, folder.path()).exit_code == 0);
+  const Words exclude = {"reading", "exclude", "small", "--seq", "3", "--reason", "beam touched"};
+  REQUIRE(run_program(exclude, folder.path()).exit_code == 0);
+  const Finished again = run_program(run, folder.path());
+  CHECK(again.exit_code == 0);
+  CHECK_THAT(again.err, Contains("idw, job 2\n") && Contains("48 points  (done before)\nnext"));
+  CHECK_THAT(run_program({"campaign", "show", "small"}, folder.path()).out,
+             Contains("idw (job 1)"));
+}
+
 TEST_CASE("a protocol that was changed after it was measured is not passed off as done", "[cli]") {
   const TemporaryFolder folder;
   folder.write("robot.json", read_text(kRefusedRobot));
