@@ -1,7 +1,11 @@
 #include "store/open.hpp"
 
+#include <sqlite3.h>
+
 #include <algorithm>
+#include <chrono>
 #include <map>
+#include <thread>
 
 #include "store/guard.hpp"
 #include "store/migrations.hpp"
@@ -81,8 +85,25 @@ void check_schema(Connection& connection, int version) {
   }
 }
 
+// The switch to WAL wants the file for itself, and SQLite does not wait for that: two processes
+// that make a database at once are in each other's way.
+void use_wal(const Connection& connection) {
+  constexpr int kTries = 1000;
+  constexpr std::chrono::milliseconds kPause{10};
+  for (int n = 1;; ++n) {
+    try {
+      connection.execute("PRAGMA journal_mode = WAL");
+      return;
+    } catch (const StoreError&) {
+      const bool busy = (sqlite3_errcode(connection.handle()) & 0xff) == SQLITE_BUSY;
+      if (!busy || n == kTries) throw;
+    }
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
 void initialise(Connection& connection) {
-  connection.execute("PRAGMA journal_mode = WAL");
+  use_wal(connection);
   Transaction transaction(connection);
   if (!is_empty(connection)) return;  // another process was first
   create_schema(connection, newest_version());
@@ -160,7 +181,8 @@ Connection open(const std::filesystem::path& file, Access access) {
     connection.execute("PRAGMA query_only = ON");
     guard_reads(connection);
   } else {
-    connection.execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL");
+    use_wal(connection);
+    connection.execute("PRAGMA synchronous = FULL");
     guard_writes(connection);
   }
   return connection;

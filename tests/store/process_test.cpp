@@ -84,6 +84,32 @@ TEST_CASE("two processes that write at once both store everything", "[store]") {
   CHECK(verify(db).findings.empty());
 }
 
+TEST_CASE("processes that make a database at once all store what they have", "[store]") {
+  const TempFolder folder;
+  constexpr int kRounds = 12, kProcesses = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto file = folder.file("lab" + std::to_string(round));
+    int start[2];
+    REQUIRE(pipe(start) == 0);
+    std::vector<pid_t> all;
+    for (int k = 0; k < kProcesses; ++k) {
+      all.push_back(child([&] {
+        close(start[1]);
+        char byte = 0;
+        if (read(start[0], &byte, 1) != 0) return 1;  // until all are there
+        Connection db = store::open(file, Access::create);
+        add_campaign(db, test::small_campaign(1, "c" + std::to_string(k)));
+        return 0;
+      }));
+    }
+    close(start[0]);
+    close(start[1]);
+    for (const pid_t pid : all) CHECK(exit_code(pid) == 0);
+    Connection db = store::open(file, Access::read_only);
+    CHECK(list_campaigns(db).size() == kProcesses);
+  }
+}
+
 TEST_CASE("a runner killed at any moment loses no acknowledged point and repeats none", "[store]") {
   const TempFolder folder;
   const auto file = folder.file("lab.db");
