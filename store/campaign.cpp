@@ -136,18 +136,16 @@ void import_readings(Connection& connection, Id campaign_id, const Campaign& cam
   for (const Reading& reading : campaign.readings) epochs.insert(reading.conditions.epoch);
   for (const int number : epochs) add_epoch(connection, session, number, kImport);
   ReadingWriter writer(connection, campaign_id);
+  std::vector<NewReading> batch;
   for (const Reading& reading : campaign.readings) {
-    NewReading row{.reading = reading};
+    batch.push_back({.reading = reading});
     const auto extra = extra_json.find(reading.seq);
-    if (extra != extra_json.end()) row.extra_json = extra->second;
-    try {
-      writer.add(row, session, {});
-    } catch (const StoreError& error) {
-      ErrorText text = error.text();
-      text.where.point = "seq " + std::to_string(reading.seq);
-      throw InputError(std::move(text));
-    }
+    if (extra != extra_json.end()) batch.back().extra_json = extra->second;
+    if (batch.size() < ReadingWriter::kBatch) continue;
+    writer.add_all(batch, session);
+    batch.clear();
   }
+  writer.add_all(batch, session);
 }
 
 }  // namespace

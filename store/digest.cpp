@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -17,29 +18,27 @@ std::array<unsigned char, 8> little_endian(std::uint64_t value) {
 
 }  // namespace
 
-Digest::Digest() { crypto_hash_sha256_init(&state_); }
-
-void Digest::flush() {
-  crypto_hash_sha256_update(&state_, buffer_.data(), filled_);
-  filled_ = 0;
+void Digest::append(const void* bytes, std::size_t size) {
+  const auto* from = static_cast<const unsigned char*>(bytes);
+  n_bytes_ += size;
+  while (size > 0) {
+    const std::size_t n = std::min(size, buffer_.size() - filled_);
+    std::memcpy(buffer_.data() + filled_, from, n);
+    filled_ += n;
+    from += n;
+    size -= n;
+    if (filled_ < buffer_.size()) return;
+    sha256_blocks(state_, buffer_.data(), buffer_.size() / kSha256BlockBytes);
+    filled_ = 0;
+  }
 }
 
 void Digest::add(char type, const void* bytes, std::size_t size) {
-  constexpr std::size_t kHead = 9;  // letter and length
-  if (filled_ + kHead + size > buffer_.size()) flush();
-  buffer_[filled_++] = static_cast<unsigned char>(type);
-  if (type == 't' || type == 'b') {
-    const auto length = little_endian(size);
-    std::memcpy(buffer_.data() + filled_, length.data(), length.size());
-    filled_ += length.size();
-  }
-  if (filled_ + size > buffer_.size()) {
-    flush();
-    crypto_hash_sha256_update(&state_, static_cast<const unsigned char*>(bytes), size);
-  } else if (size > 0) {
-    std::memcpy(buffer_.data() + filled_, bytes, size);
-    filled_ += size;
-  }
+  std::array<unsigned char, 9> head{static_cast<unsigned char>(type)};
+  const bool has_length = type == 't' || type == 'b';
+  if (has_length) std::ranges::copy(little_endian(size), head.begin() + 1);
+  append(head.data(), has_length ? head.size() : 1);
+  append(bytes, size);
 }
 
 Digest& Digest::operator<<(std::nullopt_t) {
@@ -91,10 +90,21 @@ Digest& Digest::row(const Statement& statement, int columns) {
   return *this;
 }
 
+// The padding of FIPS 180-4, 5.1.1: a bit, zeros, the length in bits.
 Sha256 Digest::finish() {
-  flush();
+  const std::uint64_t n_bits = 8 * n_bytes_;
+  constexpr std::array<unsigned char, kSha256BlockBytes> padding{0x80};
+  constexpr std::size_t kLengthBytes = 8;
+  const std::size_t used = (filled_ + kLengthBytes) % kSha256BlockBytes;
+  append(padding.data(), kSha256BlockBytes - used);
+  std::array<unsigned char, kLengthBytes> length = little_endian(n_bits);
+  std::ranges::reverse(length);
+  append(length.data(), length.size());
+  sha256_blocks(state_, buffer_.data(), filled_ / kSha256BlockBytes);
   Sha256 result{};
-  crypto_hash_sha256_final(&state_, result.data());
+  for (std::size_t k = 0; k < result.size(); ++k) {
+    result[k] = static_cast<unsigned char>(state_[k / 4] >> (24 - 8 * (k % 4)));
+  }
   return result;
 }
 

@@ -1,11 +1,10 @@
 #pragma once
-// SHA-256 (libsodium) over typed values, so that two different rows never give the same bytes.
-
-#include <sodium/crypto_hash_sha256.h>
+// SHA-256 over typed values, so that two different rows never give the same bytes.
 
 #include <array>
 #include <string>
 
+#include "store/sha256.hpp"
 #include "store/statement.hpp"
 
 namespace trammel::store {
@@ -18,7 +17,6 @@ using Sha256 = std::array<unsigned char, 32>;
 /// after it was stored.
 class Digest {
  public:
-  Digest();
   Digest& operator<<(std::nullopt_t);
   Digest& operator<<(std::int64_t value);
   Digest& operator<<(int value) { return *this << std::int64_t{value}; }
@@ -37,10 +35,11 @@ class Digest {
 
  private:
   void add(char type, const void* bytes, std::size_t size);
-  void flush();
-  crypto_hash_sha256_state state_;
-  std::array<unsigned char, 1024> buffer_;  // libsodium pays per call: values are gathered here
+  void append(const void* bytes, std::size_t size);
+  Sha256State state_ = kSha256Start;
+  std::array<unsigned char, 16 * kSha256BlockBytes> buffer_;  // a reading fits
   std::size_t filled_ = 0;
+  std::uint64_t n_bytes_ = 0;
 };
 
 /// 64 lower-case digits.

@@ -117,41 +117,84 @@ ReadingSet reading_set(std::string_view name) {
   return static_cast<ReadingSet>(found - kSets.begin());
 }
 
+namespace {
+
+std::string insert_of(std::size_t rows) {
+  const std::string row = "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+  std::string sql = std::string("INSERT INTO reading (") + kReadingColumns + ") VALUES " + row;
+  for (; rows > 1; --rows) sql += "," + row;
+  return sql;
+}
+
+}  // namespace
+
 ReadingWriter::ReadingWriter(Connection& connection, Id campaign_id)
-    : insert_(connection, std::string("INSERT INTO reading (") + kReadingColumns +
-                              ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"),
-      campaign_id_(campaign_id) {
+    : connection_(connection), insert_(connection, insert_of(1)), campaign_id_(campaign_id) {
   Statement largest(connection, "SELECT coalesce(max(reading_id), 0) FROM reading");
-  if (largest.step()) next_id_ = largest.integer(0) + 1;
+  if (largest.step()) end_.next_id = largest.integer(0) + 1;
   Statement last(connection,
                  "SELECT seq, sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
   last << campaign_id;
   if (!last.step()) return;
-  last_seq_ = static_cast<int>(last.integer(0));
-  head_ = sha256_at(last, 1);
+  end_.seq = static_cast<int>(last.integer(0));
+  end_.head = sha256_at(last, 1);
 }
 
-int ReadingWriter::add(const NewReading& data, Id session_id, std::optional<Id> attempt_id) {
+int ReadingWriter::bind(Statement& insert, const NewReading& data, Id session_id,
+                        std::optional<Id> attempt) {
   if (data.extra_json) static_cast<void>(canonical_json(*data.extra_json, "extra_json"));
   const Reading& reading = data.reading;
-  const int seq = reading.seq > 0 ? reading.seq : last_seq_ + 1;
+  const int seq = reading.seq > 0 ? reading.seq : end_.seq + 1;
   Digest digest;
-  digest << Bytes(head_);
-  insert_.reset();
-  Row row{insert_, digest};
-  row << next_id_ << campaign_id_ << seq << session_id << reading.conditions.epoch << attempt_id
+  digest << Bytes(end_.head);
+  Row row{insert, digest};
+  row << end_.next_id << campaign_id_ << seq << session_id << reading.conditions.epoch << attempt
       << name_of(reading.set) << reading.target << reading.conditions.cmd_mm
       << reading.conditions.from_mm;
   row.triple(reading.measured).triple(data.encoder_mm);
   row << reading.conditions.time_s << reading.conditions.temp_degc << data.raw_reply
       << data.extra_json;
-  const Sha256 sha256 = digest.finish();
-  insert_ << Bytes(sha256);
-  insert_.run();
-  head_ = sha256;
-  last_seq_ = seq;
-  ++next_id_;
+  end_ = {.next_id = end_.next_id + 1, .seq = seq, .head = digest.finish()};
+  insert << Bytes(end_.head);
   return seq;
+}
+
+int ReadingWriter::add(const NewReading& data, Id session_id, std::optional<Id> attempt_id) {
+  const End before = end_;
+  try {
+    insert_.reset();
+    const int seq = bind(insert_, data, session_id, attempt_id);
+    insert_.run();
+    return seq;
+  } catch (...) {
+    end_ = before;
+    throw;
+  }
+}
+
+void ReadingWriter::add_all(std::span<const NewReading> all, Id session_id) {
+  static const std::string sql = insert_of(kBatch);
+  Statement many(connection_, sql);
+  for (; all.size() >= kBatch; all = all.subspan(kBatch)) {
+    const End before = end_;
+    try {
+      many.reset();
+      for (const NewReading& data : all.first(kBatch)) bind(many, data, session_id, {});
+      many.run();
+    } catch (const Error&) {  // none of them is stored: one by one tells which
+      end_ = before;
+      break;
+    }
+  }
+  for (const NewReading& data : all) {
+    try {
+      add(data, session_id, {});
+    } catch (const StoreError& error) {
+      ErrorText text = error.text();
+      text.where.point = "seq " + std::to_string(data.reading.seq);
+      throw InputError(std::move(text));
+    }
+  }
 }
 
 std::vector<StoredReading> readings(Connection& connection, Id campaign_id,
