@@ -115,16 +115,18 @@ Id add_job(Connection& connection, const NewJob& job) {
   return id;
 }
 
-std::optional<Job> find_job(Connection& connection, std::string_view key) {
-  Statement find(connection, "SELECT job_id FROM job WHERE key = ? ORDER BY run DESC LIMIT 1");
-  find << key;
+std::optional<Job> find_job(Connection& connection, Id campaign_id, std::string_view key) {
+  Statement find(
+      connection,
+      "SELECT job_id FROM job WHERE key = ? AND campaign_id = ? ORDER BY run DESC LIMIT 1");
+  find << key << campaign_id;
   if (!find.step()) return std::nullopt;
   return get_job(connection, find.integer(0));
 }
 
-bool has_job(Connection& connection, std::string_view key) {
-  Statement find(connection, "SELECT 1 FROM job WHERE key = ?");
-  find << key;
+bool has_job(Connection& connection, Id campaign_id, std::string_view key) {
+  Statement find(connection, "SELECT 1 FROM job WHERE key = ? AND campaign_id = ?");
+  find << key << campaign_id;
   return find.step();
 }
 

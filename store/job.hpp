@@ -54,7 +54,7 @@ struct NewJob {
 
 struct Job {
   Id id = 0;
-  int run = 1;  // 2 and more: forced again
+  int run = 1;  // of its key; more than one where forced, or where campaigns have equal readings
   std::string created_utc;
   Provenance provenance;
   NewJob data;
@@ -65,9 +65,9 @@ struct Job {
 /// @throws StoreError  a number that is not finite
 Id add_job(Connection& connection, const NewJob& job);
 
-/// The newest run with this key.
-std::optional<Job> find_job(Connection& connection, std::string_view key);
-bool has_job(Connection& connection, std::string_view key);
+/// The campaign's newest run with this key.
+std::optional<Job> find_job(Connection& connection, Id campaign_id, std::string_view key);
+bool has_job(Connection& connection, Id campaign_id, std::string_view key);
 /// The campaign's newest job of this stage.
 std::optional<Id> newest_job(Connection& connection, Id campaign_id, std::string_view stage);
 /// @throws NotFoundError

@@ -149,20 +149,29 @@ ExitCode run_diff(const JobOptions& options, Context& context) {
 ExitCode run_verify(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
-  const store::NewJob again = job::compute(db, job::request_of(db, job));
+  const store::NewJob again = job::recompute(db, job);
+  const bool up_to_date = job::inputs_of(db, job::request_of(db, job)).key.key == job.data.key.key;
   const bool same_inputs = again.key.key == job.data.key.key;
   const bool same_result = job::same_outcome(again, job.data);
   const bool ok = same_inputs && same_result;
-  const std::string verdict =
-      ok ? "the same inputs give the same result, bit for bit"
-      : !same_inputs
-          ? "its inputs have changed since: the stored result stands for the earlier ones"
-          : "the same inputs give another result: not the same program, or a changed row";
+  std::string verdict;
+  if (ok) {
+    verdict = "the readings it was computed from give the same result, bit for bit";
+    if (!up_to_date) verdict += "; there are other inputs now, see trammel job why";
+  } else if (again.algorithm_version != job.data.algorithm_version) {
+    verdict = fmt::format("it was computed by version {} of {}, this program has version {}",
+                          job.data.algorithm_version, job.data.stage, again.algorithm_version);
+  } else if (!same_inputs) {
+    verdict = "its readings are not what was stored: see trammel db verify";
+  } else {
+    verdict = "the same readings give another result: not the same program, or a changed row";
+  }
   if (context.json) {
     context.print("job-verify", {{"id", job.id},
                                  {"ok", ok},
                                  {"same_inputs", same_inputs},
                                  {"same_result", same_result},
+                                 {"up_to_date", up_to_date},
                                  {"verdict", verdict}});
   } else {
     context.print(fmt::format("job {}: {}", job.id, verdict));
@@ -223,7 +232,8 @@ void setup_job(CLI::App& app, Context& context) {
   for (const Verb& v :
        {Verb{"show", "What a job found", run_show},
         Verb{"why", "What a job was computed from, and what changed since", run_why},
-        Verb{"verify", "Compute again and compare bit for bit (5: differs)", run_verify}}) {
+        Verb{"verify", "Compute again from the same readings and compare bit for bit (5: differs)",
+             run_verify}}) {
     CLI::App& command = verb(app, v.name, v.what);
     command.add_option("job", options->job, which)->required();
     on_run(command, context, options, v.run);

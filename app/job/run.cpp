@@ -59,14 +59,31 @@ std::vector<store::Id> chosen_sessions(store::Connection& connection, store::Id 
   return ids;
 }
 
-Inputs load(store::Connection& connection, const Request& request) {
+/// Of all readings of its sessions those that the job saw: more have higher seqs.
+void go_back_to(store::LoadedCampaign& loaded, const store::NewJob& then) {
+  std::erase_if(loaded.exclusions, [&](const store::Exclusion& e) {
+    return std::ranges::find(then.exclusions, e.id) == then.exclusions.end();
+  });
+  std::vector<Reading>& readings = loaded.campaign.readings;
+  std::erase_if(readings, [&](const Reading& r) {
+    return std::ranges::find(loaded.exclusions, r.seq, &store::Exclusion::seq) !=
+           loaded.exclusions.end();
+  });
+  readings.resize(std::min(readings.size(), static_cast<std::size_t>(then.n_readings)));
+}
+
+/// The inputs as they are now, or as they were `then`.
+Inputs load(store::Connection& connection, const Request& request,
+            const store::NewJob* then = nullptr) {
   Inputs in;
   in.stage = &find_stage(request.stage);
   in.parameters = in.stage->complete(request.parameters);
   in.row = store::require_campaign(connection, request.campaign);
   in.loaded =
       store::load_campaign(connection, in.row.id,
-                           {.sessions = chosen_sessions(connection, in.row.id, request.sessions)});
+                           {.sessions = chosen_sessions(connection, in.row.id, request.sessions),
+                            .with_excluded = then != nullptr});
+  if (then != nullptr) go_back_to(in.loaded, *then);
   std::vector<int> excluded;
   for (const store::Exclusion& e : in.loaded.exclusions) excluded.push_back(e.seq);
   in.key = store::job_key({.stage = in.stage->name,
@@ -274,6 +291,10 @@ store::NewJob compute(store::Connection& connection, const Request& request) {
   return computed(load(connection, request));
 }
 
+store::NewJob recompute(store::Connection& connection, const store::Job& job) {
+  return computed(load(connection, request_of(connection, job), &job.data));
+}
+
 std::optional<Computation> compute_new(store::Connection& connection, const Request& request) {
   // before the readings: one more between the two is found by still_holds
   Computation computation;
@@ -281,7 +302,7 @@ std::optional<Computation> compute_new(store::Connection& connection, const Requ
   computation.readings_head = store::chain_head(connection, campaign);
   computation.n_exclusions = store::exclusions(connection, campaign).size();
   const Inputs in = load(connection, request);
-  if (!request.force && store::has_job(connection, in.key.key)) return std::nullopt;
+  if (!request.force && store::has_job(connection, campaign, in.key.key)) return std::nullopt;
   computation.job = computed(in);
   return computation;
 }
@@ -308,7 +329,7 @@ store::CampaignRow campaign_of(store::Connection& connection, const store::NewJo
 Outcome run(store::Connection& connection, const Request& request) {
   const Inputs in = load(connection, request);
   if (!request.force) {
-    if (auto known = store::find_job(connection, in.key.key)) return {*std::move(known), true};
+    if (auto known = store::find_job(connection, in.row.id, in.key.key)) return {*std::move(known), true};
   }
   const store::NewJob job = computed(in);
   if (request.dry_run) {
@@ -322,7 +343,7 @@ Outcome run(store::Connection& connection, const Request& request) {
                       .hint = "run the calibration again when nothing writes to the campaign"});
   }
   if (!request.force) {
-    if (auto known = store::find_job(connection, in.key.key)) return {*std::move(known), true};
+    if (auto known = store::find_job(connection, in.row.id, in.key.key)) return {*std::move(known), true};
   }
   const store::Id id = store::add_job(connection, job);
   transaction.commit();

@@ -37,6 +37,11 @@ Outcome run(store::Connection& connection, const Request& request);
 /// What `run` would store, without storing it.
 store::NewJob compute(store::Connection& connection, const Request& request);
 
+/// The job computed again from the readings that it was computed from, with the exclusions that it
+/// honoured, whatever was added since. Its key is the stored one unless the stage has another
+/// algorithm_version now, or a reading is not what was stored.
+store::NewJob recompute(store::Connection& connection, const store::Job& job);
+
 /// A job that is not stored yet, and what it was computed from.
 struct Computation {
   store::NewJob job;

@@ -167,7 +167,8 @@ StepOutcome look_at_job(store::Connection* connection, const Protocol& protocol,
                                     });
   outcome.detail = request.stage + " to compute";
   if (!measured) return outcome;
-  if (const auto job = store::find_job(*connection, job::inputs_of(*connection, request).key.key)) {
+  const store::NewJob inputs = job::inputs_of(*connection, request);
+  if (const auto job = store::find_job(*connection, inputs.campaign_id, inputs.key.key)) {
     outcome.done_before = true;
     outcome.detail = fmt::format("{}, job {}", request.stage, job->id);
   }

@@ -78,7 +78,7 @@ TEST_CASE("every past version opens read-only, is refused for writing, and migra
     CHECK(chain_head(db, 1) == head);
     CHECK(load_campaign(db, 1).campaign.readings.size() == 8);
     CHECK(list_models(db, 1).size() == 1);
-    CHECK_FALSE(find_job(db, list_jobs(db)[0].key)->data.statistics.empty());
+    CHECK_FALSE(find_job(db, 1, list_jobs(db)[0].key)->data.statistics.empty());
     // And it goes on.
     test::measured_session(db, 1, "after", 2);
     CHECK(verify(db).findings.empty());

@@ -79,9 +79,9 @@ TEST_CASE("a job comes back whole by its key", "[store]") {
                      .after = Summary{0.02, 0.05, 0, 0.04, 80}},
                     {.set = "validate", .metric = "position_mm", .after = Summary{1, 2, 0, 2, 3}}};
   job.points = {{.seq = 1, .in_sample = true, .before = {0.1, 0.2, 0.3}, .after = {1e-3, 0, 1e-4}}};
-  CHECK_FALSE(find_job(db, job.key.key));
+  CHECK_FALSE(find_job(db, campaign, job.key.key));
   const Id id = add_job(db, job);
-  const auto found = find_job(db, job.key.key);
+  const auto found = find_job(db, campaign, job.key.key);
   REQUIRE(found);
   CHECK((found->id == id && found->run == 1));
   CHECK(found->data.parameters_json == R"({"a":[1],"b":0.1})");
@@ -96,8 +96,9 @@ TEST_CASE("a job comes back whole by its key", "[store]") {
   CHECK_FALSE(found->provenance.git_revision.empty());
   // Forced: a row more, the first one stays.
   add_job(db, job);
-  CHECK(find_job(db, job.key.key)->run == 2);
+  CHECK(find_job(db, campaign, job.key.key)->run == 2);
   CHECK(get_job(db, id).run == 1);
+  CHECK_FALSE(find_job(db, campaign + 1, job.key.key));
   CHECK(list_jobs(db, campaign).size() == 2);
   CHECK(list_jobs(db, campaign + 1).empty());
   CHECK_THROWS_AS(get_job(db, 99), NotFoundError);

@@ -65,6 +65,17 @@ TEST_CASE("the same readings, parameters and version reuse the job, --force adds
   CHECK_FALSE(run(paper.db, other).reused);
 }
 
+TEST_CASE("a campaign with the same readings has a job of its own", "[job]") {
+  PaperStore paper;
+  const store::Id other = store::import_campaign(paper.db, paper_campaign("twin")).campaign_id;
+  const Outcome first = run(paper.db, {.campaign = "paper", .stage = "idw"});
+  const Outcome twin = run(paper.db, {.campaign = "twin", .stage = "idw"});
+  CHECK_FALSE(twin.reused);
+  CHECK(twin.job.data.campaign_id == other);
+  CHECK(twin.job.data.key.key == first.job.data.key.key);
+  CHECK(run(paper.db, {.campaign = "paper", .stage = "idw"}).job.id == first.job.id);
+}
+
 TEST_CASE("processes that ask for the same at once store it once, and all get it", "[job]") {
   PaperStore paper;
   std::vector<pid_t> children;
@@ -110,6 +121,32 @@ TEST_CASE("a job can be computed again from what is stored of it, bit for bit", 
     CHECK(store::canonical_json(again.result_json, "result") == outcome.job.data.result_json);
     CHECK(find(paper.db, outcome.job.data.key.key.substr(0, 8)).id == outcome.job.id);
   }
+}
+
+TEST_CASE("a job is computed again from what it saw, whatever was added since", "[job]") {
+  PaperStore paper;
+  const auto plan = test::line_plan(12);
+  const store::Id walk = store::create_session(
+      paper.db, {.campaign_id = paper.campaign, .name = "walk", .points = plan});
+  const store::Epoch epoch = store::open_epoch(paper.db, walk, store::SetUp::fresh, "start");
+  const auto measure = [&](std::size_t from, std::size_t to) {
+    for (std::size_t k = from; k < to; ++k) {
+      store::finish_attempt(paper.db, store::begin_attempt(paper.db, walk, plan[k].seq, epoch.id),
+                            {test::reading_at(plan[k])});
+    }
+  };
+  measure(0, 8);
+  store::exclude_reading(paper.db, paper.campaign, 130, "a miss");
+  const store::Job job =
+      run(paper.db, {.campaign = "paper", .stage = "idw", .sessions = {"walk"}}).job;
+  CHECK(job.data.n_readings == 7);
+  measure(8, 12);
+  store::exclude_reading(paper.db, paper.campaign, 129, "bumped");
+  CHECK(compute(paper.db, request_of(paper.db, job)).key.key != job.data.key.key);
+  const store::NewJob again = recompute(paper.db, job);
+  CHECK(again.key.key == job.data.key.key);
+  CHECK(again.points.size() == job.data.points.size());
+  CHECK(store::canonical_json(again.result_json, "result") == job.data.result_json);
 }
 
 TEST_CASE("the stored correction commands what the computed one did", "[job]") {
