@@ -151,9 +151,7 @@ def archive():
         for end in ("", "-wal", "-shm"):
             Path(f"{copy}{end}").unlink(missing_ok=True)
         shutil.copy(full, copy)
-        start = time.perf_counter()
-        work()
-        return time.perf_counter() - start
+        return clock(work)
 
     sweep = lambda *more: lambda: trammel("job", "rerun", "--all", "--stage", "lsq", "--db", copy, *more)
     looped = 100
@@ -170,6 +168,28 @@ def archive():
         check("archive", error, 1e-6))
     seconds("  the whole archive, stored", 0.5, 1000 * mine)
     row("  computing on 2 cores, of 1", ">= 1.7x", f"{one / two:.2f}x", one >= 1.7 * two)
+
+
+def curve():
+    """What a campaign costs in an archive of 100, of 1000 and of 10,000: the same, or it is not linear."""
+    archives = {"archive_100": 100, "archive": 1000, "archive_10000": 10_000}
+    cost = {}
+    for name, n in archives.items():
+        file = FOLDER / "archive.db"
+        imported = ours(name)[0]
+        rerun = clock(lambda: trammel("job", "rerun", "--all", "--stage", "lsq", "--db", file))
+        cost[n] = [imported, rerun] + [min(clock(lambda: trammel(*words, "--db", file)) for _ in range(3)) for words in
+                                       [("campaign", "list"), ("query", "v_job", "--csv"), ("db", "verify")]]
+        cost[n] = [1e6 * seconds / n for seconds in cost[n]]
+    for what, *each in zip(["import", "job rerun --all, stored", "campaign list", "query v_job", "db verify"], *cost.values()):
+        row(f"  a campaign's share of {what}, in 100 / 1000 / 10,000", "<= 1.3x of 1000",
+            " / ".join(f"{us:,.0f}" for us in each) + " us", each[2] <= 1.3 * each[1])
+
+
+def clock(work):
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
 
 
 def trammel(*words, times=1, **options):
@@ -206,7 +226,7 @@ def main():
     FOLDER.mkdir(parents=True)
     identification(), maps(), kinematics()
     if not QUICK:
-        store(), archive(), program()
+        store(), archive(), curve(), program()
         show()
     shutil.rmtree(FOLDER)
     for line in wrong:

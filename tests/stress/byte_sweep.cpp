@@ -8,7 +8,6 @@
 
 #include "store/open.hpp"
 #include "store/statement.hpp"
-#include "store/verify.hpp"
 #include "tests/support/temporary.hpp"
 
 namespace trammel::test {
@@ -76,11 +75,11 @@ void walk(const std::string& file, std::size_t page, std::size_t page_size,
   if (!leaf) walk(file, number_at(file, header + 8, 4), page_size, cells);
 }
 
-std::string findings_of(const std::filesystem::path& file) {
+std::string findings_of(const std::filesystem::path& file, const SweepOptions& options) {
   std::string all;
   try {
     store::Connection db = store::open(file, store::Access::read_only);
-    for (const std::string& finding : store::verify(db).findings) all += finding + "\n";
+    for (const std::string& finding : options.look(db).findings) all += finding + "\n";
   } catch (const Error& error) {
     all = error.what();
   }
@@ -140,7 +139,7 @@ std::vector<Cell> rows_of(const std::string& database, std::uint32_t root_page) 
 }
 
 SweepCount sweep_bytes(const std::filesystem::path& file, const SweepOptions& options) {
-  SweepCount count{.untouched_is_clean = findings_of(file).empty()};
+  SweepCount count{.untouched_is_clean = findings_of(file, options).empty()};
   const auto names_by_row = names_of(file, options.table);
   const std::uint32_t root = root_of(file, options.table);
   const std::string bytes = tests::read_text(file);
@@ -150,7 +149,7 @@ SweepCount sweep_bytes(const std::filesystem::path& file, const SweepOptions& op
     for (std::size_t at = cell.begin; at < cell.end; at += static_cast<std::size_t>(options.step)) {
       for (const unsigned char mask : options.masks) {
         put(descriptor, at, static_cast<char>(bytes[at] ^ static_cast<char>(mask)));
-        const std::string findings = findings_of(file);
+        const std::string findings = findings_of(file, options);
         const bool found = !findings.empty(),
                    named = names(findings, names_by_row, options.table, cell.rowid);
         ++count.bytes;

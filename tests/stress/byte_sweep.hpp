@@ -2,8 +2,11 @@
 // Every byte of every stored row of a table changed, one at a time: does `db verify` see it?
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
+
+#include "store/verify.hpp"
 
 namespace trammel::test {
 
@@ -23,6 +26,7 @@ struct SweepOptions {
   std::string table = "reading";
   std::vector<unsigned char> masks = {0x01};  // each byte is xor-ed with each of these
   int step = 1;                               // every so many bytes
+  std::function<store::CheckReport(store::Connection&)> look = store::verify;
 };
 
 struct SweepCount {

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "tests/stress/disk.hpp"
-#include "tests/stress/recorder.hpp"
 
 namespace trammel::test {
 
@@ -53,8 +52,8 @@ Run run_with_fault(const std::filesystem::path& file, const FaultOptions& option
   Run run;
   if (options.fault == Fault::out_of_memory) {
     const ScarceMemory memory(nth, options.for_good);
-    run.recording = record(file, options.n_points,
-                           [&run](int) { run.while_recording = ScarceMemory::asked(); });
+    run.recording = options.recorder.record(
+        file, options.n_points, [&run](int) { run.while_recording = ScarceMemory::asked(); });
     return run;
   }
   std::int64_t n = 0;
@@ -64,7 +63,8 @@ Run run_with_fault(const std::filesystem::path& file, const FaultOptions& option
     const bool fails = options.for_good ? n >= nth : n == nth;
     return fails ? code_of(options.fault, operation.kind) : SQLITE_OK;
   });
-  run.recording = record(file, options.n_points, [&](int) { run.while_recording = n; });
+  run.recording =
+      options.recorder.record(file, options.n_points, [&](int) { run.while_recording = n; });
   return run;
 }
 
@@ -80,13 +80,13 @@ void count_run(const std::filesystem::path& file, const FaultOptions& options, s
   count.reported += run.recording.reported ? 1 : 0;
   problem(options.for_good && nth <= run.while_recording && !run.recording.reported,
           count.unreported, "not reported");
-  const Found found = look_at(file);
+  const Found found = options.recorder.look(file);
   problem(!found.opens || !found.verifies, count.corrupt, found.problem);
   problem(found.n_points < run.recording.acknowledged, count.lost,
           std::to_string(run.recording.acknowledged) + " acknowledged, " +
               std::to_string(found.n_points) + " there");
-  const Recording rest = record(file, options.n_points);
-  const Found whole = look_at(file);
+  const Recording rest = options.recorder.record(file, options.n_points, {});
+  const Found whole = options.recorder.look(file);
   problem(
       rest.state != session::State::done || !whole.verifies || whole.n_points != options.n_points,
       count.unfinished, rest.error + whole.problem);

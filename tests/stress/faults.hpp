@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/stress/recorder.hpp"
+
 namespace trammel::test {
 
 enum class Fault { io_error, disk_full, out_of_memory };
@@ -14,6 +16,7 @@ struct FaultOptions {
   bool for_good = false;
   std::int64_t every = 1;  // n = 1, 1 + every, … to the last operation
   int n_points = 4;
+  Recorder recorder = real_recorder();
 };
 
 struct FaultCount {

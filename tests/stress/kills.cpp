@@ -117,24 +117,25 @@ bool same_bits(const Reading& a, const Reading& b) {
 
 }  // namespace
 
-KillCount sweep_kills(const std::filesystem::path& folder, int kills, std::uint64_t seed) {
+KillCount sweep_kills(const std::filesystem::path& folder, const KillOptions& options) {
   KillCount count;
   const std::string whole = folder / "whole.db";
   const auto began = std::chrono::steady_clock::now();
   if (live(words_for(whole, false), 0).exit_code != 0) throw std::runtime_error("not recorded");
   const std::chrono::duration<double> takes = std::chrono::steady_clock::now() - began;
   const State expected = state_of(whole);
-  Random random(seed);
+  Random random(options.seed);
   const auto problem = [&count](const std::string& what) {
     if (count.first_problem.empty()) count.first_problem = what;
   };
-  while (count.kills < kills) {
+  while (count.kills < options.kills) {
     const std::string file = folder / (std::to_string(count.campaigns++) + ".db");
     State now;
     for (int lives = 0;; ++lives) {
-      const bool left_alone = lives >= 20 || count.kills >= kills;
+      const bool left_alone = lives >= 20 || count.kills >= options.kills;
       const Life life = live(words_for(file, now.begun),
                              left_alone ? 0 : random.uniform(0, 0.6) * takes.count() + 1e-4);
+      if (options.loses_log && life.killed) std::filesystem::remove(file + "-wal");
       now = state_of(file);
       if (!now.verifies) {
         ++count.corrupt;
@@ -144,6 +145,7 @@ KillCount sweep_kills(const std::filesystem::path& folder, int kills, std::uint6
         ++count.lost;
         problem(std::to_string(life.told) + " told, " + std::to_string(now.by_point.size()) +
                 " there");
+        if (options.loses_log) return count;
       }
       if (life.exit_code == 0) break;
       if (!life.killed) throw std::runtime_error("exit " + std::to_string(life.exit_code));

@@ -18,8 +18,14 @@ struct KillCount {
   std::string first_problem = {};
 };
 
+struct KillOptions {
+  int kills = 500;
+  std::uint64_t seed = 20240973;
+  bool loses_log = false;  // the control: the log does not outlive a kill; ends with the first loss
+};
+
 /// Runs `session run|resume` over 80 points on a terminal of its own, where the program says of
 /// each point that it is stored, until `kills` have hit.
-KillCount sweep_kills(const std::filesystem::path& folder, int kills, std::uint64_t seed);
+KillCount sweep_kills(const std::filesystem::path& folder, const KillOptions& options);
 
 }  // namespace trammel::test

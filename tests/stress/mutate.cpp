@@ -10,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <new>
 #include <stdexcept>
@@ -173,6 +174,15 @@ std::string mutated(const Importer& importer, std::uint64_t seed, std::int64_t n
   }
   for (std::uint64_t left = random.below(8) + 1; left > 0; --left) change(content, random);
   return content;
+}
+
+Importer faulty_importer() {
+  return {"control", "control.txt", {"0123456789"}, {}, [](const std::filesystem::path& file) {
+            std::string text;
+            std::ifstream(file) >> text;
+            if (text.find('3') != text.npos) std::abort();
+            while (text.find('7') != text.npos) pause();
+          }};
 }
 
 MutationCount mutate(const Importer& importer, const std::filesystem::path& folder, double seconds,

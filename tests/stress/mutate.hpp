@@ -22,6 +22,9 @@ struct Importer {
 /// is used to make the seed database.
 std::vector<Importer> importers(const std::filesystem::path& folder);
 
+/// The control: it crashes at every file with a '3' and does not end at one with a '7'.
+Importer faulty_importer();
+
 /// The n-th mutation of the importer's seeds: 1 to 8 changes of bits, bytes, ranges, numbers and
 /// nesting, or a splice of two. The same for the same seed and n.
 std::string mutated(const Importer& importer, std::uint64_t seed, std::int64_t n);

@@ -1,5 +1,7 @@
 #include "tests/stress/recorder.hpp"
 
+#include <sqlite3.h>
+
 #include <algorithm>
 #include <stdexcept>
 
@@ -78,6 +80,51 @@ Found look_at(const std::filesystem::path& file) {
     found.problem = error.what();
   }
   return found;
+}
+
+Recorder real_recorder() {
+  return {[](const auto& file, int n, const auto& at) { return record(file, n, at); }, look_at};
+}
+
+namespace {
+
+int rows_in(sqlite3* db) {
+  int n = 0;
+  const auto take = [](void* to, int, char** values, char**) {
+    *static_cast<int*>(to) = std::stoi(values[0]);
+    return 0;
+  };
+  sqlite3_exec(db, "SELECT count(*) FROM point", take, &n, nullptr);
+  return n;
+}
+
+}  // namespace
+
+Recorder careless_recorder() {
+  const auto record = [](const std::filesystem::path& file, int n,
+                         const std::function<void(int)>& at_question) {
+    Recording recording{.state = session::State::done};
+    sqlite3* db = nullptr;
+    sqlite3_open(file.c_str(), &db);
+    sqlite3_exec(db, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr);
+    sqlite3_exec(db, "CREATE TABLE IF NOT EXISTS point (id INTEGER)", nullptr, nullptr, nullptr);
+    for (int k = rows_in(db) + 1; k <= n; ++k) {
+      sqlite3_exec(db, ("INSERT INTO point VALUES (" + std::to_string(k) + ")").c_str(), nullptr,
+                   nullptr, nullptr);
+      recording.acknowledged = k;
+      if (at_question) at_question(k);
+    }
+    sqlite3_close(db);
+    return recording;
+  };
+  const auto look = [](const std::filesystem::path& file) {
+    sqlite3* db = nullptr;
+    Found found{.opens = sqlite3_open(file.c_str(), &db) == SQLITE_OK, .verifies = true};
+    found.n_points = rows_in(db);
+    sqlite3_close(db);
+    return found;
+  };
+  return {record, look};
 }
 
 }  // namespace trammel::test

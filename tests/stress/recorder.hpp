@@ -1,5 +1,6 @@
 #pragma once
-// The real recorder, measured by what it acknowledged: a session on the paper's virtual robot.
+// The real recorder, measured by what it acknowledged: a session on the paper's virtual robot. And
+// a careless one, the control.
 
 #include <filesystem>
 #include <functional>
@@ -35,5 +36,20 @@ struct Found {
 
 /// What stands in a database after whatever happened to it.
 Found look_at(const std::filesystem::path& file);
+
+/// Who records, and how what was recorded is looked at.
+struct Recorder {
+  std::function<Recording(const std::filesystem::path& file, int n_points,
+                          const std::function<void(int)>& at_question)>
+      record;
+  std::function<Found(const std::filesystem::path& file)> look;
+};
+
+/// record() and look_at().
+Recorder real_recorder();
+
+/// The control that must lose: a bare loop of INSERTs that never looks at what SQLite answers, and
+/// acknowledges each.
+Recorder careless_recorder();
 
 }  // namespace trammel::test

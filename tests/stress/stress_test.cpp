@@ -108,13 +108,29 @@ TEST_CASE("an operation that fails once or for good loses nothing, and a lasting
   }
 }
 
+TEST_CASE("the sweep of faults sees what a recorder loses that looks at no answer", "[stress]") {
+  const TempFolder folder;
+  for (const bool for_good : {false, true}) {
+    const FaultCount count = sweep_faults(
+        folder.path(),
+        {.fault = Fault::disk_full, .for_good = for_good, .recorder = careless_recorder()});
+    CHECK(count.lost > 0);
+    CHECK((count.unreported > 0) == for_good);
+  }
+}
+
 TEST_CASE("killed again and again, the program loses and repeats no point it told of", "[stress]") {
   const TempFolder folder;
-  const KillCount count = sweep_kills(folder.path(), 12, 7);
+  const KillCount count = sweep_kills(folder.path(), {.kills = 12, .seed = 7});
   INFO(count.first_problem);
   CHECK(count.kills >= 12);
   CHECK(count.with_points > 0);
   CHECK(count.lost + count.corrupt + count.repeated + count.different == 0);
+}
+
+TEST_CASE("the sweep of kills sees a log that does not outlive one", "[stress]") {
+  const TempFolder folder;
+  CHECK(sweep_kills(folder.path(), {.kills = 30, .seed = 7, .loses_log = true}).lost > 0);
 }
 
 TEST_CASE("mutated files and databases are refused or taken, and nothing else", "[stress]") {
