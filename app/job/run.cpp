@@ -329,7 +329,8 @@ store::CampaignRow campaign_of(store::Connection& connection, const store::NewJo
 Outcome run(store::Connection& connection, const Request& request) {
   const Inputs in = load(connection, request);
   if (!request.force) {
-    if (auto known = store::find_job(connection, in.row.id, in.key.key)) return {*std::move(known), true};
+    if (auto known = store::find_job(connection, in.row.id, in.key.key))
+      return {*std::move(known), true};
   }
   const store::NewJob job = computed(in);
   if (request.dry_run) {
@@ -343,7 +344,8 @@ Outcome run(store::Connection& connection, const Request& request) {
                       .hint = "run the calibration again when nothing writes to the campaign"});
   }
   if (!request.force) {
-    if (auto known = store::find_job(connection, in.row.id, in.key.key)) return {*std::move(known), true};
+    if (auto known = store::find_job(connection, in.row.id, in.key.key))
+      return {*std::move(known), true};
   }
   const store::Id id = store::add_job(connection, job);
   transaction.commit();
