@@ -103,14 +103,19 @@ std::map<std::int64_t, std::string> names_of(const std::filesystem::path& file,
   return names;
 }
 
-/// The row by its name or, where the changed byte is in that, by its table and id; or the place
-/// where the walk broke off: after the row before.
+/// The row by its name or, where the changed byte is in that, by its table and id; as the one
+/// before the row that no longer fits; or the place where the walk broke off: after the row before.
 bool names(const std::string& findings, const std::map<std::int64_t, std::string>& all,
            const std::string& table, std::int64_t rowid) {
   const auto row = all.find(rowid);
   if (row == all.end()) return false;
   if (findings.find(row->second) != findings.npos) return true;
   if (findings.find(table + " " + std::to_string(rowid) + " (") != findings.npos) return true;
+  const auto next = std::next(row);
+  if (next != all.end() &&
+      findings.find(next->second + ": this row, or the one before it") != findings.npos) {
+    return true;
+  }
   if (row == all.begin()) return findings.find("the database is damaged") != findings.npos;
   const std::string& before = std::prev(row)->second;
   return findings.find(before) != findings.npos && findings.find("after") != findings.npos;
