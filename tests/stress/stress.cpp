@@ -137,7 +137,7 @@ void hostile_rows(const TempFolder& folder, double seconds, std::int64_t most) {
         c.crashes + c.hangs == 0 && c.tried > 0, c.first_problem);
   }
   row("mutated files", ">= 10,000 in all", fmt::format("{}", tried), tried >= 10'000);
-  const MutationCount c = mutate(faulty_importer(), folder.path(), seconds, 20, 1);
+  const MutationCount c = mutate(faulty_importer(), folder.path(), 60, 8, 1);
   row("control: an importer that crashes and hangs", "must be caught",
       fmt::format("{} tried: {} crashes, {} hangs", c.tried, c.crashes, c.hangs),
       c.crashes > 0 && c.hangs > 0);
