@@ -233,6 +233,10 @@ StageResult run_contest(const Campaign& campaign, const Json& parameters) {
   const std::vector<int> block = spatial_blocks(places, parameters["blocks"].get<int>(),
                                                 parameters["seed"].get<std::uint64_t>());
   StageResult out;
+  out.words.push_back(
+      fmt::format("held-out: each of {} fitted readings as predicted without its spatial block ({} "
+                  "blocks, the same for all methods)",
+                  rows.size(), 1 + std::ranges::max(block)));
   Campaign fitted_rows = campaign;
   fitted_rows.readings = rows;
   std::vector<Trial> trials;

@@ -287,6 +287,9 @@ Json complete_hybrid(const Json& given) {
 StageResult run_hybrid(const Campaign& campaign, const Json& parameters) {
   StageResult out;
   const std::vector<Reading> rows = identify_rows(campaign);
+  if (rows.size() > kMostGpSamples) {  // refused before the long fit
+    static_cast<void>(fit_gp(joint_samples(campaign.mechanism, rows)));
+  }
   const RobotModel model = fit(campaign, parameters, out).model;
   const GpMap left = fit_gp(samples_left(model, rows));
   for (std::size_t i = 0; i < kChains; ++i) {
@@ -331,7 +334,7 @@ StageResult run_gp(const Campaign& campaign, const Json&) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 3,
+          .algorithm_version = 4,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete_model,
           .run = run_geometry};
@@ -348,7 +351,7 @@ Stage gp_stage() {
 Stage hybrid_stage() {
   return {
       .name = "hybrid",
-      .algorithm_version = 3,
+      .algorithm_version = 4,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
       .run = run_hybrid};

@@ -118,7 +118,7 @@ Eigen::JacobiSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& jacobian) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
   const Eigen::Index n = std::min(jacobian.rows(), jacobian.cols());
   const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(R, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(R, Eigen::ComputeThinV);
 }
 
 /// Steps from one linearisation: Gauss-Newton's on the truncated decomposition, and shorter ones.
@@ -133,11 +133,13 @@ class Steps {
     back_ = V_ * (V_.transpose() * z) - z;  // minimum change from the start: of z, not of the step
   }
 
-  /// `lambda` in units of the largest s^2.
-  [[nodiscard]] Eigen::VectorXd with(double lambda) const {
+  /// `lambda` in units of the largest s^2; `home`: what readings do not know goes back to the
+  /// start.
+  [[nodiscard]] Eigen::VectorXd with(double lambda, bool home) const {
     const double damping = s_.size() > 0 ? lambda * s_[0] * s_[0] : 0;
-    return V_ * along_.cwiseQuotient((s_.array().square() + damping).matrix()) +
-           back_ / (1 + lambda);
+    const Eigen::VectorXd known =
+        V_ * along_.cwiseQuotient((s_.array().square() + damping).matrix());
+    return home ? Eigen::VectorXd(known + back_ / (1 + lambda)) : known;
   }
 
   /// The most that the undamped step moves the readings along one direction, sigmas.
@@ -202,6 +204,7 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
            (options.tolerance_prior ? z.squaredNorm() : 0.0);
   };
   double lambda = 0;  // of the largest s^2
+  bool home = true;
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
     if (options.huber) {
       fit.scale = spread(fit.system.residual);
@@ -213,7 +216,7 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
     const double before = total(fit.system.residual, fit.z);
     bool better = false;
     for (; !better && lambda <= kLastDamping; lambda = std::max(kFirstDamping, 10 * lambda)) {
-      const Eigen::VectorXd step = steps.with(lambda);
+      const Eigen::VectorXd step = steps.with(lambda, home);
       const RobotModel model = moved(fit.model, fit.parameters, step);
       auto next = system_within_reach(model, readings, sigma, fit.parameters);
       if (!next) continue;  // a step along what readings hardly know can leave reach
@@ -229,9 +232,14 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
       fit.status = GeometryFit::Status::converged;
       break;
     }
-    if (!better) {
+    if (!better && !home) {
       fit.status = GeometryFit::Status::stalled;
       break;
+    }
+    if (!better) {  // where the model lacks much, the way back can cost what the step gains
+      home = false;
+      lambda = 0;
+      continue;
     }
     lambda = lambda <= 100 * kFirstDamping ? 0 : lambda / 100;  // the loop left it ten times up
   }

@@ -77,15 +77,16 @@ struct [[nodiscard]] GeometryFit {
 /// damping is the same for lengths and angles:
 ///   step(lambda) = V (S^2 + lambda)^-1 S U' r + (back to the start, outside V) / (1 + lambda /
 ///   s_1^2)
-/// lambda = 0 (Gauss-Newton) while that lowers the sum; else from 1e-8 s_1^2 up by tens until a
-/// step does, and down by tens after it (Levenberg 1944, Marquardt 1963). A step out of reach
-/// lowers nothing. One decomposition a step, however many lambda are tried. Huber: weights min(1,
-/// kHuber / |r|), |r| of the three coordinates in sigmas times `scale`, the residuals' own spread
-/// where that is more (median |r| over that of chi(3)). Stop: max |s dz| of the undamped step, over
-/// the identified directions, below 1e-7 sigmas. Covariance for known sigma: V S^-2 V' (GUM);
-/// goodness.hpp says by how much to widen it. Accuracy: recovery of predicted poses on unseen
-/// points, also of robots 3 mm and 1 deg from nominal in every parameter (geometry_fit_test.cpp);
-/// the rank and sum of squares of an independent linear program.
+/// without the way back from where no lambda lowers the sum with it (what the readings do not know
+/// then stays where it is). lambda = 0 (Gauss-Newton) while that lowers the sum; else from 1e-8
+/// s_1^2 up by tens until a step does, and down by tens after it (Levenberg 1944, Marquardt 1963).
+/// A step out of reach lowers nothing. One decomposition a step, however many lambda are tried.
+/// Huber: weights min(1, kHuber / |r|), |r| of the three coordinates in sigmas times `scale`, the
+/// residuals' own spread where that is more (median |r| over that of chi(3)). Stop: max |s dz| of
+/// the undamped step, over the identified directions, below 1e-7 sigmas. Covariance for known
+/// sigma: V S^-2 V' (GUM); goodness.hpp says by how much to widen it. Accuracy: recovery of
+/// predicted poses on unseen points, also of robots 3 mm and 1 deg from nominal in every parameter
+/// (geometry_fit_test.cpp); the rank and sum of squares of an independent linear program.
 /// @throws InputError when there are no readings, or a sigma is not positive.
 GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readings,
                          const TrackerSigma& sigma, const GeometryFitOptions& options = {});

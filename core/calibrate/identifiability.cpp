@@ -14,7 +14,7 @@ namespace trammel {
 
 namespace {
 
-constexpr double kMember = 0.01;  // of a tolerance: smaller shares are not worth naming
+constexpr double kMember = 0.05;  // of a tolerance: smaller shares are not worth naming
 constexpr double kByItself =
     0.05;  // of a tolerance may leak into the null space of an identified one
 
@@ -299,12 +299,16 @@ std::vector<std::string> in_words(const Identifiability& of,
   std::vector<bool> told(known.size(), false);
   for (const NullDirection& direction : of.null_space) {
     words.push_back(direction.sentence);
+    bool known_alone = false;
     for (std::size_t k = 0; k < known.size(); ++k) {  // of a pair that nothing else touches
       std::vector<int> members = known[k].members;
       std::sort(members.begin(), members.end());
       if (direction.members.size() != 2 || members != direction.members) continue;
       words.back() += (known[k].value ? " = " : ", ") + amount(known[k]);
-      told[k] = true;
+      told[k] = known_alone = true;
+    }
+    if (direction.members.size() == 2 && !known_alone) {
+      words.back() += ", and that only together with others";
     }
   }
   for (std::size_t k = 0; k < known.size(); ++k) {

@@ -32,7 +32,7 @@ struct Observability {
 struct NullDirection {
   Eigen::VectorXd change;    // mm, rad; the largest is one tolerance
   int pivot = 0;             // changes in this direction alone: the parameter that it gives up
-  std::vector<int> members;  // whose change is more than 1 % of a tolerance
+  std::vector<int> members;  // whose change is more than 5 % of a tolerance
   std::string sentence;
 };
 

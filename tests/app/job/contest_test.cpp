@@ -32,6 +32,7 @@ TEST_CASE("the contest judges every method on the same held-out points and picks
   CHECK(details["picked"] != "hybrid");
   const std::string text = job_text(outcome.job, campaign_of(paper.db, outcome.job.data));
   CHECK_THAT(text, Contains("rule: ") && Contains("at the floor"));
+  CHECK_THAT(text, Contains("each of 80 fitted readings as predicted without its spatial block"));
   CHECK_THAT(text, Contains("held-out, mm") && Contains("time, s") && Contains("U (k=2)") &&
                        Contains("> lsq"));
   CHECK(run(paper.db, {.campaign = "paper", .stage = "contest"}).reused);

@@ -186,6 +186,21 @@ TEST_CASE("where a whole Gauss-Newton step makes things worse, a damped one does
   CHECK(converged >= 10);
 }
 
+TEST_CASE("a fit converges also where drives stretch in a way the geometry cannot explain",
+          "[calibrate]") {
+  Random random(32);
+  for (int trial = 0; trial < 6; ++trial) {
+    RobotModel truth = nominal_model(paper_mechanism());
+    truth.geometry = tests::random_geometry(random);
+    truth.effects.push_back({&find_effect("lead_scale"), Eigen::Vector3d(0.004, 0.0025, 0.005)});
+    const auto fit =
+        fit_geometry(nominal_model(paper_mechanism()), readings_at(truth, {0}, random), kSigma);
+    CHECK(fit.status == GeometryFit::Status::converged);
+    CHECK(fit.chi2 / fit.dof > 20);  // the structure that is left
+    CHECK(fit.iterations < 25);
+  }
+}
+
 TEST_CASE("readings of a clean campaign are called outliers in 1 of 100 campaigns at most",
           "[calibrate]") {
   Random random(29);

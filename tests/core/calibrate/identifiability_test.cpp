@@ -116,6 +116,7 @@ TEST_CASE("what is left of parameters in longer null directions is named with it
   const std::string words = all_words(f);
   CHECK_THAT(words,
              Contains("identified of these: beta_1") && Contains("identified of these: l_1"));
+  CHECK_THAT(words, Contains("readings know only l_1 - R_1, and that only together with others"));
   for (const IdentifiedCombination& c : f.base) {
     INFO(c.name);
     CHECK(c.standard_uncertainty > 0);
