@@ -109,11 +109,12 @@ SineCosine<n> sine_cosine_of(const Real<n>& x) {
                              z +
                          4.16666666666665929218e-2);
   const Whole<n> quadrant = reinterpret_cast<Whole<n>>(shifted);
-  const Whole<n> odd = quadrant & 1;
-  const Real<n> sine = odd != 0 ? c : s, cosine = odd != 0 ? s : c;
+  // bit by bit, since the baseline cannot compare whole numbers: all bits of `odd`, or none
+  const Whole<n> odd = -(quadrant & 1), sines = reinterpret_cast<Whole<n>>(s),
+                 cosines = reinterpret_cast<Whole<n>>(c);
   const Whole<n> sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;
-  return {reinterpret_cast<Real<n>>(reinterpret_cast<Whole<n>>(sine) ^ sine_sign),
-          reinterpret_cast<Real<n>>(reinterpret_cast<Whole<n>>(cosine) ^ cosine_sign)};
+  return {reinterpret_cast<Real<n>>(((cosines & odd) | (sines & ~odd)) ^ sine_sign),
+          reinterpret_cast<Real<n>>(((sines & odd) | (cosines & ~odd)) ^ cosine_sign)};
 }
 
 }  // namespace trammel

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/calibrate/basic_solution.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
 
@@ -171,17 +172,6 @@ Eigen::VectorXd LsqResult::values() const {
     all[static_cast<Eigen::Index>(k)] = parameters[k].value;
   }
   return all;
-}
-
-Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> pivoted(A);
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(A.cols());
-  const Eigen::VectorXd rotated = pivoted.householderQ().adjoint() * b;
-  z.head(rank) = pivoted.matrixQR()
-                     .topLeftCorner(rank, rank)
-                     .triangularView<Eigen::Upper>()
-                     .solve(rotated.head(rank));
-  return pivoted.colsPermutation() * z;
 }
 
 LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> readings,

@@ -69,10 +69,6 @@ struct LsqResult {
   [[nodiscard]] Eigen::VectorXd values() const;  // of the parameters, mm and rad
 };
 
-/// Basic solution of min |A z - b|: the `rank` columns that pivoting takes, the others stay zero.
-/// One column-pivoted QR (Golub and Van Loan, Sec. 5.5). Proof: lsq_test.cpp.
-Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank);
-
 /// Identifies the error sources: min over d of sum |W_j (delta X_j - J_e d)|^2              (21)
 ///   delta X_j = measured pose - nominal forward kinematics of the *commanded* displacements; J_e
 ///   of error_model.hpp, linearised there (that is the target, for readings without compensation);

@@ -10,16 +10,36 @@ namespace trammel {
 
 namespace {
 
-RailFrame rail_frame(const Chain& c) {
-  const double turn = c.beta_rad - c.alpha_rad;
-  return {std::cos(c.alpha_rad),
-          std::sin(c.alpha_rad),
-          c.r_mm * std::cos(turn),
-          c.r_mm * std::sin(turn),
-          c.R_mm,
-          c.S_mm,
-          c.h_mm,
-          c.l_zero_mm};
+/// A rail's frame, or those of all rails in lanes.
+template <class T>
+struct Rail {
+  T ca, sa, k1, k2, R_mm, S_mm, h_mm, l_zero_mm;
+};
+
+Rail<double> rail(const RailFrames& f, std::size_t i) {
+  return {f.ca[i], f.sa[i], f.k1[i], f.k2[i], f.R_mm[i], f.S_mm[i], f.h_mm[i], f.l_zero_mm[i]};
+}
+
+/// Rails i and i + 1.
+Rail<Real<2>> two_rails(const RailFrames& f, std::size_t i) {
+  const auto of = [i](const std::array<double, 4>& all) { return Real<2>{all[i], all[i + 1]}; };
+  return {of(f.ca),   of(f.sa),   of(f.k1),   of(f.k2),
+          of(f.R_mm), of(f.S_mm), of(f.h_mm), of(f.l_zero_mm)};
+}
+
+template <class T>
+struct Reach {
+  T l_mm, root;  // root is not a number where the pose is out of reach
+};
+
+/// (4) of one rail and poses in lanes, or of one pose and rails in lanes.
+template <class F, class X>
+auto displacement(const Rail<F>& f, const X& x, const X& y, const X& sine, const X& cosine) {
+  const auto along = x * f.ca + y * f.sa + (f.k1 * cosine - f.k2 * sine) + f.R_mm;
+  const auto across = y * f.ca - x * f.sa + (f.k2 * cosine + f.k1 * sine) - f.h_mm;
+  const auto square = (f.S_mm - across) * (f.S_mm + across);
+  const auto root = each(square, [](double s) { return std::sqrt(s); });
+  return Reach<std::remove_const_t<decltype(root)>>{along - root - f.l_zero_mm, root};
 }
 
 constexpr int kPoses = 64;  // a pass: stays in the first cache
@@ -57,16 +77,11 @@ void displacements_of(const RailFrames& frames, const Pose* poses, Displacements
     cosine[b] = turn.cosine;
   }
   for (int i = 0; i < kChains; ++i) {
-    const RailFrame& f = frames[static_cast<std::size_t>(i)];
+    const Rail<double> f = rail(frames, static_cast<std::size_t>(i));
     for (std::size_t b = 0; b < blocks; ++b) {
-      const Real<n> along =
-          x[b] * f.ca + y[b] * f.sa + (f.k1 * cosine[b] - f.k2 * sine[b]) + f.R_mm;
-      const Real<n> across =
-          y[b] * f.ca - x[b] * f.sa + (f.k2 * cosine[b] + f.k1 * sine[b]) - f.h_mm;
-      const Real<n> square = (f.S_mm - across) * (f.S_mm + across);
-      const Real<n> root = each(square, [](double s) { return std::sqrt(s); });
-      l[b] = along - root - f.l_zero_mm;  // (4)
-      reached += root;
+      const auto reach = displacement(f, x[b], y[b], sine[b], cosine[b]);
+      l[b] = reach.l_mm;
+      reached += reach.root;
     }
     for (std::size_t b = 0; b < blocks; ++b) {
       for (std::size_t j = 0; j < n; ++j) l_mm[n * b + j][i] = l[b][j];
@@ -77,9 +92,20 @@ void displacements_of(const RailFrames& frames, const Pose* poses, Displacements
 }  // namespace
 
 RailFrames rail_frames(const Geometry& geometry) {
-  RailFrames frames{};
-  std::transform(geometry.chains.begin(), geometry.chains.end(), frames.begin(), rail_frame);
-  return frames;
+  RailFrames f{};
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const Chain& c = geometry.chains[i];
+    const double turn = c.beta_rad - c.alpha_rad;
+    f.ca[i] = std::cos(c.alpha_rad);
+    f.sa[i] = std::sin(c.alpha_rad);
+    f.k1[i] = c.r_mm * std::cos(turn);
+    f.k2[i] = c.r_mm * std::sin(turn);
+    f.R_mm[i] = c.R_mm;
+    f.S_mm[i] = c.S_mm;
+    f.h_mm[i] = c.h_mm;
+    f.l_zero_mm[i] = c.l_zero_mm;
+  }
+  return f;
 }
 
 std::size_t inverse_displacements(const RailFrames& frames, std::span<const Pose> poses,
@@ -100,12 +126,13 @@ std::size_t inverse_displacements(const RailFrames& frames, std::span<const Pose
 }
 
 std::optional<Displacements> inverse_displacements(const RailFrames& frames, const Pose& pose) {
-  const std::array<Pose, 2> poses = {pose, pose};
-  std::array<Displacements, 2> l_mm;
-  Real<2> reached = {};
-  displacements_of<2, 1>(frames, poses.data(), l_mm.data(), reached);
-  if (!(reached[0] == reached[0])) return {};
-  return l_mm[0];
+  const SineCosine<2> turn = turn_of<2>(Real<2>{pose.phi_rad, pose.phi_rad});
+  const Real<2> x = {pose.x_mm, pose.x_mm}, y = {pose.y_mm, pose.y_mm};
+  const auto first = displacement(two_rails(frames, 0), x, y, turn.sine, turn.cosine);
+  const auto last = displacement(two_rails(frames, 2), x, y, turn.sine, turn.cosine);
+  const double reached = first.root[0] + first.root[1] + last.root[0];
+  if (!(reached == reached)) return {};
+  return Displacements(first.l_mm[0], first.l_mm[1], last.l_mm[0]);
 }
 
 }  // namespace trammel

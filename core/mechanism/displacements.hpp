@@ -10,12 +10,12 @@
 
 namespace trammel {
 
-/// A chain seen from its rail, for many poses of one robot. alpha, beta and r are in
+/// The chains seen from their rails, side by side, for many poses of one robot; the last of four is
+/// empty. alpha, beta and r are in
 ///   ca = cos alpha,  sa = sin alpha,  k1 = r cos(beta - alpha),  k2 = r sin(beta - alpha)
-struct RailFrame {
-  double ca, sa, k1, k2, R_mm, S_mm, h_mm, l_zero_mm;
+struct RailFrames {
+  std::array<double, 4> ca, sa, k1, k2, R_mm, S_mm, h_mm, l_zero_mm;
 };
-using RailFrames = std::array<RailFrame, kChains>;
 RailFrames rail_frames(const Geometry& geometry);
 
 /// Joint displacements (4) of inverse.hpp in each rail's own frame,

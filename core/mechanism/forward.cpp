@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/mechanism/rail_directions.hpp"
 #include "core/mechanism/velocity.hpp"
 
 namespace trammel {
@@ -20,7 +21,8 @@ constexpr int kMaxHalvings = 20;
 ForwardResult forward(const Geometry& geometry, const Displacements& l_mm, const Pose& start) {
   ForwardResult result;
   Eigen::Vector3d X = start.vector();
-  InverseResult at = inverse(geometry, start);
+  const RailDirections rails = rail_directions(geometry);
+  InverseResult at = inverse(geometry, rails, start);
   if (!l_mm.allFinite() || !at.ok()) {
     result.status = ForwardResult::Status::unreachable;
     result.chain = at.chain;
@@ -47,7 +49,7 @@ ForwardResult forward(const Geometry& geometry, const Displacements& l_mm, const
     Eigen::Vector3d step = equation.J_F2.inverse() * equation.J_F1_diagonal.cwiseProduct(missing);
     InverseResult next;
     for (int halving = 0; halving < kMaxHalvings; ++halving, step *= 0.5) {
-      next = inverse(geometry, Pose::from(X + step));
+      next = inverse(geometry, rails, Pose::from(X + step));
       if (next.ok()) break;
     }
     if (!next.ok()) {

@@ -213,12 +213,17 @@ def program():
     demo = FOLDER / "demo"
     seconds("trammel demo, whole", 30, trammel("demo", demo))
     seconds("start: campaign list", 0.010, trammel("campaign", "list", "--db", demo / "trammel.db", times=50))
+    sessions = [word for name in ("measure-80", "measure-48", "circles") for word in ("--session", name)]
+    seconds("diagnose of 416 readings, bootstrap included", 5,
+            trammel("diagnose", "paper", "--db", demo / "trammel.db", *sessions, "--force", "--dry-run", times=3))
 
 
 def show():
     widths = [max(len(line[k]) for line in rows) for k in range(4)]
     for line in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(line, widths)) + "  " + line[4])
+    print(f"{os.cpu_count()} processors, load average {os.getloadavg()[1]:.1f}: above their number the rows by the clock "
+          "(store, archive, program) measure the others too")
 
 
 def main():

@@ -1,13 +1,17 @@
 #include "core/calibrate/lsq.hpp"
 
+#include <Eigen/QR>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/assess/deviation.hpp"
+#include "core/calibrate/basic_solution.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/cpu_levels.hpp"
 
 using namespace trammel;
 using namespace trammel::tests;
@@ -226,6 +230,21 @@ TEST_CASE("a basic solution solves the chosen columns and leaves the others at z
   const Eigen::VectorXd z = basic_solution(A, A * x, 4);
   CHECK((A * z - A * x).norm() < 1e-12);
   CHECK((z.array() == 0).count() == 1);
+}
+
+TEST_CASE("a basic solution is Eigen's, for any number of rows, with the same bits on each level",
+          "[calibrate]") {
+  Random random(32);
+  for (const int rows : {5, 6, 8, 17, 240}) {
+    Eigen::MatrixXd A(rows, 5);
+    Eigen::VectorXd b(rows);
+    for (double& value : A.reshaped()) value = random.normal();
+    for (double& value : b) value = random.normal();
+    const Eigen::VectorXd z = basic_solution(A, b, 5);
+    CHECK((z - A.colPivHouseholderQr().solve(b)).norm() < 1e-10);
+    for (const CpuLevel level : levels_here()) CHECK(basic_solution(A, b, 5, level) == z);
+  }
+  CHECK(basic_solution(Eigen::MatrixXd::Zero(9, 3), Eigen::VectorXd::Ones(9), 2).norm() == 0);
 }
 
 TEST_CASE("repeated steps end at the least sum of squares, with drops and later epochs too",

@@ -1,0 +1,119 @@
+#include "core/calibrate/basic_solution.hpp"
+
+// Column-pivoted QR, rows side by side. The sums keep eight partial ones on every level of CPU, so
+// that the bits are the same on each.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/lanes.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr std::size_t kLanes = 8;
+using Lanes = Real<kLanes>;
+
+double sum(const Lanes& v) {
+  return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+}
+
+Lanes load(const double* from) {
+  Lanes v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+
+/// A column of [A | b], filled up with zeros.
+struct Column {
+  double* values;
+  double norm2;  // of the rows that no reflection has taken yet
+  int of;        // its place in A
+};
+
+double dot(const double* a, const double* b, std::size_t first, std::size_t last) {
+  Lanes s = {};
+  for (std::size_t i = first; i < last; i += kLanes) s += load(a + i) * load(b + i);
+  return sum(s);
+}
+
+/// a <- a - factor v, and the squares of what is left.
+double subtract(double* a, double factor, const double* v, std::size_t first, std::size_t last) {
+  Lanes s = {};
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const Lanes left = load(a + i) - factor * load(v + i);
+    __builtin_memcpy(a + i, &left, sizeof left);
+    s += left * left;
+  }
+  return sum(s);
+}
+
+/// Makes row k of the columns after k a row of R (returned in `R`), by the reflection that leaves
+/// of column k its first entry alone:
+///   a <- a - v (v' a) / (|x| (|x| + |x_k|)),   v = x + sign(x_k) |x| e_k,   x = rows k.. of k
+void reflect(std::vector<Column>& columns, std::size_t rows, std::size_t k, Eigen::MatrixXd& R) {
+  const std::size_t first = k - k % kLanes;
+  const auto row = static_cast<Eigen::Index>(k);
+  double* v = columns[k].values;
+  const double norm = std::sqrt(columns[k].norm2), head = v[k];
+  R(row, row) = head < 0 ? norm : -norm;
+  v[k] = head - R(row, row);
+  const double scale = 1 / (norm * (norm + std::abs(head)));
+  for (std::size_t j = k + 1; j < columns.size(); ++j) {
+    double* a = columns[j].values;
+    const double factor = scale * dot(v, a, first, rows), taken = factor * v[k];
+    R(row, static_cast<Eigen::Index>(j)) = a[k] - taken;
+    a[k] = taken;  // so that the row that is done becomes exactly zero
+    columns[j].norm2 = subtract(a, factor, v, first, rows);
+  }
+}
+
+/// The longest column that is left comes to place k; b stays the last.
+void pivot(std::vector<Column>& columns, std::size_t k, Eigen::MatrixXd& R) {
+  std::size_t longest = k;
+  for (std::size_t j = k + 1; j + 1 < columns.size(); ++j) {
+    if (columns[j].norm2 > columns[longest].norm2) longest = j;
+  }
+  if (longest == k) return;
+  std::swap(columns[k], columns[longest]);
+  R.col(static_cast<Eigen::Index>(k)).swap(R.col(static_cast<Eigen::Index>(longest)));
+}
+
+}  // namespace
+
+Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank,
+                               CpuLevel level) {
+  TRAMMEL_ASSERT(A.rows() == b.size() && rank >= 0 && rank <= std::min(A.rows(), A.cols()));
+  const Eigen::Index n = A.cols(), lanes = kLanes, filled = (A.rows() + lanes - 1) / lanes * lanes;
+  const auto rows = static_cast<std::size_t>(filled);
+  Eigen::MatrixXd work = Eigen::MatrixXd::Zero(filled, n + 1);
+  work.topLeftCorner(A.rows(), n) = A;
+  work.col(n).head(A.rows()) = b;
+  std::vector<Column> columns;
+  columns.reserve(static_cast<std::size_t>(n) + 1);
+  for (Eigen::Index j = 0; j <= n; ++j) {
+    double* values = work.col(j).data();
+    columns.push_back({values, dot(values, values, 0, rows), static_cast<int>(j)});
+  }
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(rank, n + 1);
+  Eigen::Index done = 0;
+  at_level(level, [&]<int>() {
+    for (; done < rank; ++done) {
+      const auto k = static_cast<std::size_t>(done);
+      pivot(columns, k, R);
+      if (!(columns[k].norm2 > 0)) break;
+      reflect(columns, rows, k, R);
+    }
+  });
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(n);
+  const Eigen::VectorXd taken =
+      R.topLeftCorner(done, done).triangularView<Eigen::Upper>().solve(R.col(n).head(done));
+  for (Eigen::Index k = 0; k < done; ++k) z[columns[static_cast<std::size_t>(k)].of] = taken[k];
+  return z;
+}
+
+}  // namespace trammel
