@@ -70,6 +70,7 @@ Json audit_json(const std::vector<AuditRow>& audit) {
     Json json = {{"effect", row.effect},
                  {"surviving_share", row.surviving_share},
                  {"smallest_visible", optional_json(row.smallest_visible)},
+                 {"usual_max", row.usual_max},
                  {"unit", row.unit},
                  {"aliases", Json::array()}};
     for (const Alias& alias : row.aliases) json["aliases"].push_back(alias.effect);

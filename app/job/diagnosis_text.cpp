@@ -197,15 +197,6 @@ std::string gap_text(const Json& d) {
                             rms(d["noise_floor_mm"]), rms(d["noise_floor_mm"]));
 }
 
-/// Of the effect's parameters with this unit the largest usual size.
-double usual_of(const Json& row) {
-  double most = 0;
-  for (const EffectParameter& p : find_effect(row["effect"]).parameters) {
-    if (row["unit"] == p.unit) most = std::max(most, p.usual_max);
-  }
-  return most;
-}
-
 std::string audit_text(const Json& d) {
   std::string text =
       line("design", "what these readings can show of each effect, once the geometry is refitted");
@@ -216,7 +207,7 @@ std::string audit_text(const Json& d) {
     std::string visible = "invisible";
     if (!smallest.is_null()) {
       visible = with_unit(smallest, a["unit"]);
-      if (smallest.get<double>() > usual_of(a)) visible += ", unusual";
+      if (smallest.get<double>() > a["usual_max"].get<double>()) visible += ", unusual";
     }
     std::string last = joined(a["aliases"], ", ");
     if (a.contains("needs")) last = "needs " + a["needs"].get<std::string>();

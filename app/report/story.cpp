@@ -33,6 +33,11 @@ StoryRound round_of(const store::Job& job) {
                    .verdict = details.at("verdict"),
                    .noise_floor_mm = details.at("noise_floor_mm"),
                    .n_next_points = static_cast<int>(details.at("next_points").size())};
+  for (const Json& p : details.at("next_points")) {
+    const std::string why = p.at("why");
+    if (std::ranges::find(round.next_why, why) == round.next_why.end())
+      round.next_why.push_back(why);
+  }
   for (const Json& effect : details.at("effects")) round.effects.push_back(effect_row(effect));
   if (details.contains("tried")) {
     for (const Json& effect : details.at("tried")) round.tried.push_back(effect.at("name"));
@@ -131,7 +136,8 @@ Json story_json(const std::vector<StoryRound>& story) {
                       {"rivals", rivals},
                       {"gap", gap},
                       {"noise_floor_mm", r.noise_floor_mm},
-                      {"n_next_points", r.n_next_points}});
+                      {"n_next_points", r.n_next_points},
+                      {"next_why", r.next_why}});
   }
   return rounds;
 }

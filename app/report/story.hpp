@@ -55,6 +55,7 @@ struct StoryRound {
   std::vector<GapRow> gap = {};
   double noise_floor_mm = 0;
   int n_next_points = 0;
+  std::vector<std::string> next_why = {};  // what those points are for, each once
 };
 
 /// The diagnoses that led to `last`: of the same parameters, on some of its sessions, each key

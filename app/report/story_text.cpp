@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +87,8 @@ std::string round_text(const StoryRound& round, std::size_t number) {
   text += line("rivals", rivals_text(round));
   text += line("gap", gap_text(round));
   if (round.n_next_points > 0) {
-    text += line("next", fmt::format("measure {} points", round.n_next_points));
+    text += line("next", fmt::format("measure {} points: {}", round.n_next_points,
+                                     fmt::join(round.next_why, "; ")));
   }
   return text + line("job", fmt::format("{}, key {}", round.job_id, round.job_key.substr(0, 16)));
 }

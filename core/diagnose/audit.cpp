@@ -54,6 +54,9 @@ std::vector<AuditRow> audit_design(const ResidualSpace& space) {
     AuditRow row;
     row.effect = effect.name;
     row.unit = effect.parameters.front().unit;
+    for (const EffectParameter& p : effect.parameters) {
+      if (p.unit == row.unit) row.usual_max = std::max(row.usual_max, p.usual_max);
+    }
     row.missing = what_is_missing(effect, space);
     if (row.missing.empty()) {
       signals[e] = signals_of(effect, space);

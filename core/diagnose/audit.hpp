@@ -20,9 +20,14 @@ struct AuditRow {
   double surviving_share = 0;  // of the whitened sum of squares that the base can't imitate
   std::optional<double>
       smallest_visible;  // of the parameter (of that unit) seen worst, at 80 % power
+  double usual_max = 0;  // of the parameters of that unit
   std::string unit;
   std::vector<Alias> aliases;  // effects that share more than kAliasShare of the signal
   std::string missing;         // condition that is not recorded or does not vary
+  /// Of a usual size it would not be seen.
+  [[nodiscard]] bool only_unusual() const {
+    return smallest_visible && *smallest_visible > usual_max;
+  }
 };
 inline constexpr double kAliasShare = 0.95;
 

@@ -179,19 +179,31 @@ Tie tie_of_unexplained(const ResidualSpace& space, const Library& library, const
   return tie;
 }
 
-std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit) {
+std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit, const RobotModel& model) {
   constexpr double kShouldNotHide = 0.05;
   constexpr double kBlindShare = 1e-4;  // surviving share below which a design is blind
+  std::vector<int> named;
+  std::vector<Tie::Term> of_named;
+  for (const ActiveEffect& active : model.effects) {
+    named.push_back(static_cast<int>(active.effect - effect_catalogue().data()));
+    for (std::size_t k = 0; k < active.effect->parameters.size(); ++k) {
+      of_named.push_back(
+          effect_term(named.back(), static_cast<int>(k), active.effect->parameters[k].usual_max));
+    }
+  }
   std::vector<Tie> ties;
   for (std::size_t e = 0; e < audit.size(); ++e) {
     const int place = static_cast<int>(e);
     const Effect& effect = effect_at(place);
-    if (audit[e].smallest_visible && audit[e].surviving_share > kBlindShare) continue;
+    if (std::find(named.begin(), named.end(), place) != named.end()) continue;
     if (!audit[e].missing.empty() && effect.needs.front() != Need::direction) continue;
+    const bool blind = !audit[e].smallest_visible || audit[e].surviving_share <= kBlindShare;
+    if (!blind && !audit[e].only_unusual()) continue;
     for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
       Tie tie;
-      tie.signal = {
-          effect_term(place, static_cast<int>(k), kShouldNotHide * effect.parameters[k].usual_max)};
+      tie.signal = {effect_term(place, static_cast<int>(k),
+                                (blind ? kShouldNotHide : 1) * effect.parameters[k].usual_max)};
+      tie.columns = of_named;
       tie.effects = {place};
       tie.by_direction = follows_direction(tie.effects);
       tie.why = "makes " + effect.name + " visible";

@@ -24,9 +24,10 @@ Tie tie_with_unnamed(const ResidualSpace& space, const Library& library, const C
 Tie tie_of_unexplained(const ResidualSpace& space, const Library& library, const Candidate& tried,
                        const Shape& shape);
 
-/// Effects whose conditions are recorded but which this design can't show: a twentieth of their
-/// usual maximum should not hide.
-std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit);
+/// Effects that this design can't show, though their conditions are recorded: a twentieth of its
+/// usual maximum should not hide an effect that nothing shows, nor the maximum itself one that only
+/// an unusual size would. What `model` has named may be of any size.
+std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit, const RobotModel& model);
 
 /// A set of effects that was tried and lost.
 struct Considered {

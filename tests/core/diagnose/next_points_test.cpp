@@ -4,6 +4,7 @@
 #include <set>
 #include <tuple>
 
+#include "core/diagnose/diagnose.hpp"
 #include "core/diagnose/ties.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/support/catch.hpp"
@@ -152,4 +153,23 @@ TEST_CASE("the energy asked of new points is what the lead leaves to do", "[diag
 TEST_CASE("without a tie nothing is planned", "[diagnose]") {
   const Measured m = one_direction();
   CHECK(plan_next_points(m.fit, m.readings, m.sigma, {}).points.empty());
+}
+
+TEST_CASE("what is explained still plans for effects of usual size that would not have been seen",
+          "[diagnose]") {
+  // At one orientation, with a coarse attitude, a load on the platform hardly shows.
+  const Diagnosis paper =
+      diagnose(hide({"backlash"}, 28, 3, {.name = "paper", .sigma_phi_deg = 0.055}).campaign);
+  REQUIRE(paper.verdict == Verdict::explained);
+  std::set<std::string> whys;
+  for (const NextPoint& p : paper.next.points) whys.insert(p.why);
+  CHECK(whys.count("makes platform_load visible") == 1);
+  CHECK(whys.count("makes backlash visible") == 0);
+  for (const AuditRow& row : paper.audit) {
+    if (whys.count("makes " + row.effect + " visible") > 0) CHECK(row.only_unusual());
+  }
+  // A rich plan would have shown them all: nothing is asked for.
+  const Diagnosis rich = diagnose(hide({"backlash"}, 28, 3).campaign);
+  REQUIRE(rich.verdict == Verdict::explained);
+  CHECK(rich.next.points.empty());
 }
