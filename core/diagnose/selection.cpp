@@ -275,8 +275,7 @@ Candidate with_all_rails(const Library& library, const Candidate& best) {
 }
 
 std::vector<Candidate> structural_ties(const Library& library, const Candidate& best) {
-  constexpr double kSameSignal = 1e-3;  // of the energy
-  constexpr double kCannotTell = 4;     // chi^2: what is left of the signal is lost in the noise
+  constexpr double kCannotTell = 4;  // chi^2: what is left of the signal is lost in the noise
   std::vector<Candidate> ties;
   for (const int effect : best.effects) {
     std::vector<int> others;
@@ -303,7 +302,6 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
         if (unit.effect == effect) energy += value * alone.moment[column];
       }
     }
-    const double known = gain_of(alone, others);
     for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
       const int other = static_cast<int>(e);
       if (std::count(best.effects.begin(), best.effects.end(), other) > 0) continue;
@@ -313,8 +311,7 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
       units.insert(units.end(), own.begin(), own.end());
       std::sort(units.begin(), units.end());
       const auto imitation = solve(alone, units);
-      const double lost = std::max(kSameSignal * (energy - known), kCannotTell);
-      if (!imitation || energy - imitation->gain > lost) continue;
+      if (!imitation || energy - imitation->gain > kCannotTell) continue;
       const auto tie = solve(library, units);
       if (tie && tie->usual) ties.push_back(*tie);
     }

@@ -69,7 +69,8 @@ Candidate extend(const Library& library, Candidate best);
 Candidate with_all_rails(const Library& library, const Candidate& best);
 
 /// Sets in which one effect of `best` is replaced by another whose span holds its whole fitted
-/// signal: no reading of this design carries the difference, whatever the number of parameters.
+/// signal, all but 4 in chi^2: the readings do not carry the difference, whatever the number of
+/// parameters. (No share of the signal instead: a large one is told apart by what is small in it.)
 std::vector<Candidate> structural_ties(const Library& library, const Candidate& best);
 
 /// Fall of chi^2 that `units` give together (0 for none).

@@ -55,3 +55,17 @@ TEST_CASE("a unit that may stand for one that was chosen is fitted too", "[diagn
                       best.units.end()));
   CHECK(fitted.gain >= best.gain - 1e-9);
 }
+
+TEST_CASE("an imitation that leaves a thousandth of a large effect is no tie", "[diagnose]") {
+  const auto tied = [](double rho) {
+    const Library library = library_of(hide({"lead_scale"}, rho, 54));
+    const auto all = search(library, 1);
+    const auto truth = std::find_if(all.begin(), all.end(), [](const Candidate& c) {
+      return names_of(c) == std::vector<std::string>{"lead_scale"};
+    });
+    REQUIRE(truth != all.end());
+    return structural_ties(library, *truth).size();
+  };
+  CHECK(tied(5) > 0);  // while it is small other effects look the same
+  CHECK(tied(200) == 0);
+}
