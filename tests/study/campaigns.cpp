@@ -329,4 +329,30 @@ HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t
   return make_case(design, hidden, rho, seed);
 }
 
+std::map<std::string, double> parameters_of(const simulate::Truth& t) {
+  std::map<std::string, double> all;
+  for (int i = 0; i < kChains; ++i) {
+    const std::string n = std::to_string(i + 1);
+    all["lead_scale k_" + n] = t.drive.lead_scale[i];
+    all["lead_curvature q_" + n] = t.drive.lead_curvature_per_mm[i];
+    all["screw_periodic a_" + n] = t.drive.screw_sin_mm[i];
+    all["screw_periodic b_" + n] = t.drive.screw_cos_mm[i];
+    all["backlash w_" + n] = t.drive.backlash_mm[i];
+    all["thermal_growth c_" + n] = t.drive.thermal_growth_per_k[i];
+    all["guide_bow c_" + n] = t.drive.guide_bow_per_mm[i];
+    for (int j = 0; j < kChains; ++j) {
+      if (i == j) continue;
+      all["axis_crosstalk m_" + n + std::to_string(j + 1)] = t.drive.axis_crosstalk(i, j);
+    }
+  }
+  all["platform_load fx"] = t.drive.load_mm[0];
+  all["platform_load fy"] = t.drive.load_mm[1];
+  all["platform_load m"] = t.drive.load_mm2;
+  all["tracker_drift vx"] = t.tracker.drift_per_h.x_mm;
+  all["tracker_drift vy"] = t.tracker.drift_per_h.y_mm;
+  all["tracker_drift vphi"] = 0;  // no family turns
+  all["tracker_scale m"] = t.tracker.scale;
+  return all;
+}
+
 }  // namespace trammel::tests

@@ -3,6 +3,7 @@
 // Nothing here looks at the catalogue that is fitted (core/model) or at core/diagnose.
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,9 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
                      std::uint64_t seed);
 
 const Family& family(const std::string& name);
+
+/// What was hidden, in the words of a report ("backlash w_1"), in their units; 0 where nothing was.
+std::map<std::string, double> parameters_of(const simulate::Truth& truth);
 
 /// The same by name.
 HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed,

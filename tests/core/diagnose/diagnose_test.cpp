@@ -4,7 +4,6 @@
 #include "core/diagnose/diagnose.hpp"
 
 #include <cmath>
-#include <map>
 
 #include "core/error.hpp"
 #include "tests/study/campaigns.hpp"
@@ -22,37 +21,10 @@ std::vector<std::string> named(const Diagnosis& d) {
   return names;
 }
 
-/// What was hidden, in the words of the report.
-std::map<std::string, double> truth_of(const simulate::Truth& t) {
-  std::map<std::string, double> all;
-  const char* rails[] = {"1", "2", "3"};
-  for (int i = 0; i < 3; ++i) {
-    const std::string n = rails[i];
-    all["lead_scale k_" + n] = t.drive.lead_scale[i];
-    all["lead_curvature q_" + n] = t.drive.lead_curvature_per_mm[i];
-    all["screw_periodic a_" + n] = t.drive.screw_sin_mm[i];
-    all["screw_periodic b_" + n] = t.drive.screw_cos_mm[i];
-    all["backlash w_" + n] = t.drive.backlash_mm[i];
-    all["thermal_growth c_" + n] = t.drive.thermal_growth_per_k[i];
-    all["guide_bow c_" + n] = t.drive.guide_bow_per_mm[i];
-    for (int j = 0; j < 3; ++j) {
-      if (i != j) all["axis_crosstalk m_" + n + rails[j]] = t.drive.axis_crosstalk(i, j);
-    }
-  }
-  all["platform_load fx"] = t.drive.load_mm[0];
-  all["platform_load fy"] = t.drive.load_mm[1];
-  all["platform_load m"] = t.drive.load_mm2;
-  all["tracker_drift vx"] = t.tracker.drift_per_h.x_mm;
-  all["tracker_drift vy"] = t.tracker.drift_per_h.y_mm;
-  all["tracker_drift vphi"] = 0;
-  all["tracker_scale m"] = t.tracker.scale;
-  return all;
-}
-
 /// Every reported parameter within 3 of its standard deviations of the truth: of the some 40
 /// parameters in this file one in 370 misses by chance; the seeds are fixed.
 void check_parameters(const Diagnosis& d, const simulate::Truth& truth) {
-  const auto hidden = truth_of(truth);
+  const auto hidden = parameters_of(truth);
   for (const NamedEffect& e : d.effects) {
     for (const NamedParameter& p : e.parameters) {
       INFO(e.name << " " << p.name << " = " << p.value << " +- " << p.std);
