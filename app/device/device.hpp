@@ -3,6 +3,7 @@
 // simulated.hpp; a real device is one file pair more and one line in open.cpp.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,6 +45,10 @@ struct [[nodiscard]] StageReport {
   [[nodiscard]] bool ok() const { return status == Status::ok; }
 };
 
+/// Asked by a stage once per poll (sample) while it moves, before the first one too. An answer that
+/// is not ok stops the stage at once and is the status of its report.
+using Watch = std::function<Status()>;
+
 class Stage {
  public:
   virtual ~Stage() = default;
@@ -51,8 +56,9 @@ class Stage {
   [[nodiscard]] virtual bool homed() const = 0;
   virtual StageReport home() = 0;
   /// Moves all rails in proportion; returns when they stand in position, or why they do not.
-  virtual StageReport move(const Displacements& to_mm) = 0;
-  /// Stops what moves, first of all. Safe to call at any time.
+  virtual StageReport move(const Displacements& to_mm, const Watch& watch) = 0;
+  /// Stops what moves, first of all, and says where the rails stand then. Safe to call at any time,
+  /// by the watchdog's thread too while another call does not return.
   virtual StageReport stop() = 0;
 };
 
@@ -68,6 +74,9 @@ class Tracker {
  public:
   virtual ~Tracker() = default;
   [[nodiscard]] virtual std::string describe() const = 0;
+  /// Is the reflector locked, and the last reading fresh? Cheap: a stage asks at each poll.
+  /// ok, beam_broken, timeout (stale), fault.
+  [[nodiscard]] virtual Status beam() = 0;
   virtual PoseReport measure(const Occasion& occasion) = 0;
 };
 

@@ -26,6 +26,8 @@ Displacements home_mm(const simulate::VirtualRobot& robot) {
   return home.l_mm;
 }
 
+constexpr int kSamples = 4;  // polls on the way of a move
+
 class SimulatedStage : public Stage {
  public:
   explicit SimulatedStage(std::shared_ptr<World> world) : world_(std::move(world)) {}
@@ -39,7 +41,7 @@ class SimulatedStage : public Stage {
     return at();
   }
 
-  StageReport move(const Displacements& to_mm) override {
+  StageReport move(const Displacements& to_mm, const Watch& watch) override {
     if (!world_->homed) return {Status::fault, "the stage is not homed", {}};
     const Limits& limits = world_->robot.truth().nominal.limits;
     for (int i = 0; i < kChains; ++i) {
@@ -47,10 +49,14 @@ class SimulatedStage : public Stage {
         return {Status::limit, "rail " + std::to_string(i + 1) + " would leave its stroke", {}};
       }
     }
+    const Displacements begin = world_->l_mm;
     for (int i = 0; i < kChains; ++i) {
-      if (std::abs(to_mm[i] - world_->l_mm[i]) > kStandstillMm) {
-        world_->from_mm[i] = world_->l_mm[i];
-      }
+      if (std::abs(to_mm[i] - begin[i]) > kStandstillMm) world_->from_mm[i] = begin[i];
+    }
+    for (int sample = 0; sample <= kSamples; ++sample) {
+      world_->l_mm = begin + (to_mm - begin) * (static_cast<double>(sample) / kSamples);
+      const Status seen = watch();
+      if (seen != Status::ok) return {seen, "stopped on the way", world_->l_mm};
     }
     world_->l_mm = to_mm;
     return at();
@@ -69,6 +75,7 @@ class SimulatedTracker : public Tracker {
   explicit SimulatedTracker(std::shared_ptr<World> world) : world_(std::move(world)) {}
 
   [[nodiscard]] std::string describe() const override { return "virtual tracker"; }
+  [[nodiscard]] Status beam() override { return Status::ok; }
 
   PoseReport measure(const Occasion& occasion) override {
     const Conditions conditions{.cmd_mm = world_->l_mm,

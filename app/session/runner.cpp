@@ -61,8 +61,12 @@ void Runner::advance(Event event) {
 bool Runner::asked_to_stop(int least) const { return surroundings_.stop_signals() >= least; }
 
 Runner::Failure Runner::move(const Displacements& to_mm) {
-  const device::StageReport report = devices_.stage->move(to_mm);
-  if (!report.ok()) return {report.status, report.detail};
+  const device::StageReport report =
+      devices_.stage->move(to_mm, [this] { return devices_.tracker->beam(); });
+  if (!report.ok()) {
+    on_course_ = false;
+    return {report.status, report.detail};
+  }
   for (int i = 0; i < kChains; ++i) {
     if (std::abs(to_mm[i] - stage_.l_mm[i]) > kStandstillMm) stage_.from_mm[i] = stage_.l_mm[i];
   }
@@ -74,6 +78,7 @@ Runner::Failure Runner::home() {
   const device::StageReport report = devices_.stage->home();
   if (!report.ok()) return {report.status, report.detail};
   stage_ = home_;
+  on_course_ = true;
   return {};
 }
 
@@ -86,10 +91,12 @@ Runner::Standing Runner::start_of(const PlannedPoint& point) const {
 /// approaches from the same side as an undisturbed walk.
 Runner::Failure Runner::stand_before(const PlannedPoint& point) {
   const Standing start = start_of(point);
-  if (stage_.l_mm == start.l_mm && stage_.from_mm == start.from_mm) return {};
+  if (on_course_ && stage_.l_mm == start.l_mm && stage_.from_mm == start.from_mm) return {};
   if (start.l_mm == home_.l_mm) return home();
-  const Failure failure = move(start.from_mm);
-  return failure.any() ? failure : move(start.l_mm);
+  Failure failure = move(start.from_mm);
+  if (!failure.any()) failure = move(start.l_mm);
+  on_course_ = !failure.any();
+  return failure;
 }
 
 device::Occasion Runner::occasion_of(const PlannedPoint& point) {

@@ -83,6 +83,7 @@ class Runner {
   State state_ = State::checked;
   Standing home_;
   Standing stage_;
+  bool on_course_ = true;  // stage_ is where it stands; not after a move that was cut off
   store::Epoch epoch_;
   std::map<int, Standing> stood_;                 // by seq of the points that are stored
   std::map<int, store::StoredReading> measured_;  // the same, of earlier runs

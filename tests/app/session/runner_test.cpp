@@ -26,6 +26,7 @@ class FailingTracker : public device::Tracker {
   FailingTracker(std::unique_ptr<Tracker> real, Script script)
       : real_(std::move(real)), script_(std::move(script)) {}
   [[nodiscard]] std::string describe() const override { return real_->describe(); }
+  [[nodiscard]] Status beam() override { return real_->beam(); }
   device::PoseReport measure(const device::Occasion& occasion) override {
     const auto told = script_.find(++calls_);
     if (told != script_.end()) return {told->second, "as told", {}, ""};
@@ -45,10 +46,10 @@ class FailingStage : public device::Stage {
   [[nodiscard]] std::string describe() const override { return real_->describe(); }
   [[nodiscard]] bool homed() const override { return real_->homed(); }
   device::StageReport home() override { return real_->home(); }
-  device::StageReport move(const Displacements& to_mm) override {
+  device::StageReport move(const Displacements& to_mm, const device::Watch& watch) override {
     const auto told = script_.find(++calls_);
     if (told != script_.end()) return {told->second, "as told", Displacements::Zero()};
-    return real_->move(to_mm);
+    return real_->move(to_mm, watch);
   }
   device::StageReport stop() override {
     ++stops_;
