@@ -129,13 +129,36 @@ TEST_CASE("a stage of no known kind is refused with those there are", "[device]"
 
 TEST_CASE("the simulated stage refuses to move before homing and beyond its stroke", "[device]") {
   const Devices devices = open_devices(std::string("sim:") + kRobot, "sim");
+  const Watch watch = [] { return Status::ok; };
   CHECK_FALSE(devices.stage->homed());
-  CHECK(devices.stage->move({260, 260, 260}).status == Status::fault);
+  CHECK(devices.stage->move({260, 260, 260}, watch).status == Status::fault);
   CHECK(devices.stage->home().ok());
-  CHECK(devices.stage->move({260, 260, 260}).ok());
-  CHECK(devices.stage->move({260, 601, 260}).status == Status::limit);
-  CHECK(devices.stage->move({260, std::nan(""), 260}).status == Status::limit);
+  CHECK(devices.stage->move({260, 260, 260}, watch).ok());
+  CHECK(devices.stage->move({260, 601, 260}, watch).status == Status::limit);
+  CHECK(devices.stage->move({260, std::nan(""), 260}, watch).status == Status::limit);
   CHECK(devices.stage->stop().encoder_mm == Displacements(260, 260, 260));
+}
+
+TEST_CASE("a watch that is not ok stops the simulated stage at that sample", "[device]") {
+  const Devices devices = open_devices(std::string("sim:") + kRobot, "sim");
+  REQUIRE(devices.stage->home().ok());
+  const Displacements begin = devices.stage->stop().encoder_mm, end(270, 270, 270);
+  for (int sample = 1;; ++sample) {
+    int asked = 0;
+    const StageReport report = devices.stage->move(
+        end, [&] { return ++asked == sample ? Status::beam_broken : Status::ok; });
+    CHECK(report.encoder_mm == devices.stage->stop().encoder_mm);
+    if (report.ok()) {
+      CHECK(sample == asked + 1);
+      CHECK(asked >= 4);
+      break;
+    }
+    CHECK(report.status == Status::beam_broken);
+    CHECK(asked == sample);  // nothing is asked, and nothing moves, after the one that was not ok
+    REQUIRE(devices.stage->home().ok());
+  }
+  CHECK(devices.stage->stop().encoder_mm == end);
+  CHECK_FALSE(begin == end);
 }
 
 }  // namespace trammel::device
