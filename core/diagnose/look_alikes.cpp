@@ -16,7 +16,7 @@ namespace {
 using Basis = std::function<Deviation(const Reading&, const Moment&, int k)>;
 
 struct Pretender {
-  std::string effect;  // that it looks like
+  std::vector<std::string> effects;  // that it may be taken for
   std::string what, when;
   Basis basis;
 };
@@ -42,12 +42,13 @@ void add_thermal(const ResidualSpace& space, std::vector<Pretender>& kinds) {
       std::all_of(space.readings.begin(), space.readings.end(),
                   [](const Reading& r) { return r.conditions.temp_degc && r.conditions.time_s; });
   if (!recorded) return;
-  for (const double lag_h : {0.25, 0.5, 1.0}) {
-    kinds.push_back({"thermal_growth", "rails that follow the thermometer",
-                     std::to_string(static_cast<int>(60 * lag_h)) + " min late",
-                     [&space, lag_h](const Reading& r, const Moment& m, int k) {
+  for (const int lag_min : {10, 20, 30, 45, 60}) {
+    kinds.push_back({{"thermal_growth", "tracker_drift"},
+                     "rails that follow the thermometer",
+                     std::to_string(lag_min) + " min late",
+                     [&space, lag_min](const Reading& r, const Moment& m, int k) {
                        const double degc =
-                           earlier_degc(space.readings, *r.conditions.time_s - 3600 * lag_h);
+                           earlier_degc(space.readings, *r.conditions.time_s - 60 * lag_min);
                        return along(k, m.l_mm[k] * (degc - kReferenceTemperatureDegc));
                      }});
   }
@@ -55,7 +56,9 @@ void add_thermal(const ResidualSpace& space, std::vector<Pretender>& kinds) {
 
 std::vector<Pretender> kinds_for(const ResidualSpace& space) {
   std::vector<Pretender> kinds = {
-      {"backlash", "rails that lose motion", "in proportion to the last move",
+      {{"backlash"},
+       "rails that lose motion",
+       "in proportion to the last move",
        [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }}};
   add_thermal(space, kinds);
   return kinds;
@@ -79,45 +82,72 @@ Eigen::MatrixXd signals_of(const Library& library, const std::vector<int>& units
   return library.signals(Eigen::all, columns);
 }
 
+/// What of the columns stands beside an orthonormal span.
+Eigen::MatrixXd beside(const Eigen::MatrixXd& span, const Eigen::MatrixXd& columns) {
+  return columns - span * (span.transpose() * columns);
+}
+
+/// One effect of the best set, taken out: the span that it leaves free, and what it explains there.
+struct Place {
+  Eigen::MatrixXd kept;  // orthonormal: what stays named
+  Eigen::MatrixXd span;  // of the effect, beside it
+  Eigen::VectorXd seen;  // of the residual, in that span
+  double price = 0;      // of the effect's units
+};
+
+Place place_of(const ResidualSpace& space, const Library& library, const Candidate& best,
+               int effect) {
+  const std::vector<int> others = units_of(library, best, effect, false);
+  Place place{
+      .kept = orthonormal(space.project(signals_of(library, others))), .span = {}, .seen = {}};
+  place.span = orthonormal(beside(
+      place.kept, space.project(signals_of(library, units_of(library, best, effect, true)))));
+  place.seen = place.span * (place.span.transpose() * space.residual);
+  place.price = price_of(library, best.units) - price_of(library, others);
+  return place;
+}
+
+/// The rails of the look-alike that earn most: each choice of some of the three.
+void try_rails(const ResidualSpace& space, const Place& place, const Eigen::MatrixXd& rails,
+               const Pretender& kind, std::optional<LookAlike>& found) {
+  for (unsigned choice = 1; choice < 1U << kChains; ++choice) {
+    std::vector<int> chosen;
+    for (int k = 0; k < kChains; ++k) {
+      if ((choice >> k & 1U) != 0) chosen.push_back(k);
+    }
+    const Eigen::MatrixXd span = orthonormal(beside(place.kept, rails(Eigen::all, chosen)));
+    const Eigen::VectorXd seen = span * (span.transpose() * space.residual);
+    // what either can't imitate of the other as fitted
+    const double told =
+        std::max((place.seen - span * (span.transpose() * place.seen)).squaredNorm(),
+                 (seen - place.span * (place.span.transpose() * seen)).squaredNorm());
+    const auto n = static_cast<double>(chosen.size());
+    const double price =
+        kPriceOfName + kPriceOfParameter + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));
+    const double evidence = seen.squaredNorm() - price - (place.seen.squaredNorm() - place.price);
+    if (told < kTellApart || evidence <= 0 || (found && evidence <= found->evidence)) continue;
+    found = LookAlike{{kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
+                       static_cast<int>(chosen.size())},
+                      evidence};
+  }
+}
+
 }  // namespace
 
 std::optional<LookAlike> best_look_alike(const ResidualSpace& space, const Library& library,
                                          const Candidate& best) {
   std::optional<LookAlike> found;
-  for (const Pretender& kind : kinds_for(space)) {
-    for (const int effect : best.effects) {
-      if (effect_catalogue()[static_cast<std::size_t>(effect)].name != kind.effect) continue;
-      const std::vector<int> own = units_of(library, best, effect, true);
-      const Eigen::MatrixXd kept =
-          orthonormal(space.project(signals_of(library, units_of(library, best, effect, false))));
-      const auto apart = [&](const Eigen::MatrixXd& signal) {
-        const Eigen::MatrixXd projected = space.project(signal);
-        return Eigen::MatrixXd(projected - kept * (kept.transpose() * projected));
-      };
-      std::vector<Eigen::VectorXd> columns;
-      for (const int u : own) {
-        for (const int k : library.units[static_cast<std::size_t>(u)].parameters) {
-          columns.push_back(whitened_signal(
-              space, [&](const Reading& r, const Moment& m) { return kind.basis(r, m, k); }));
-        }
+  for (const int effect : best.effects) {
+    const std::string& name = effect_catalogue()[static_cast<std::size_t>(effect)].name;
+    const Place place = place_of(space, library, best, effect);
+    for (const Pretender& kind : kinds_for(space)) {
+      if (std::ranges::find(kind.effects, name) == kind.effects.end()) continue;
+      Eigen::MatrixXd rails(space.rows(), kChains);
+      for (int k = 0; k < kChains; ++k) {
+        rails.col(k) = whitened_signal(
+            space, [&](const Reading& r, const Moment& m) { return kind.basis(r, m, k); });
       }
-      Eigen::MatrixXd alike(space.rows(), static_cast<Eigen::Index>(columns.size()));
-      for (std::size_t c = 0; c < columns.size(); ++c)
-        alike.col(static_cast<Eigen::Index>(c)) = columns[c];
-      const Eigen::MatrixXd effect_span = orthonormal(apart(signals_of(library, own)));
-      const Eigen::MatrixXd alike_span = orthonormal(apart(alike));
-      const Eigen::VectorXd seen = effect_span * (effect_span.transpose() * space.residual);
-      const Eigen::VectorXd seen_alike = alike_span * (alike_span.transpose() * space.residual);
-      // what either can't imitate of the other as fitted
-      const double told = std::max(
-          (seen - alike_span * (alike_span.transpose() * seen)).squaredNorm(),
-          (seen_alike - effect_span * (effect_span.transpose() * seen_alike)).squaredNorm());
-      const double evidence = seen_alike.squaredNorm() - seen.squaredNorm();
-      if (told < kTellApart || evidence <= 0 || (found && evidence <= found->evidence)) continue;
-      found = LookAlike{{kind.what, kind.when,
-                         chi2_tail(seen_alike.squaredNorm(), static_cast<double>(alike.cols())),
-                         seen_alike.squaredNorm(), static_cast<int>(alike.cols())},
-                        evidence};
+      try_rails(space, place, space.project(rails), kind, found);
     }
   }
   return found;

@@ -1,6 +1,7 @@
 #pragma once
-// What is not in the catalogue and looks like an effect that is, on the same rails: motion lost in
-// proportion to the last move looks like backlash where moves are of nearly one length.
+// What is not in the catalogue and looks like an effect that is: motion lost in proportion to the
+// last move looks like backlash where moves are of nearly one length; rails that follow the
+// thermometer late look like thermal growth, or like a drift.
 
 #include <optional>
 
@@ -12,11 +13,11 @@ namespace trammel {
 
 struct LookAlike {
   Finding finding;
-  double evidence = 0;  // chi^2 that it gains over the effect it stands for
+  double evidence = 0;  // chi^2 that it gains over the effect it stands for, each less its price
 };
 
-/// The look-alike that fits better in place of one effect of `best` than that effect does, with the
-/// same number of parameters, on the same rails; nothing when none does.
+/// The look-alike that earns most in place of one effect of `best`, on the rails that suit it, at
+/// the price of an effect of the catalogue; nothing when none earns more than the effect does.
 ///
 /// Asked only where the readings can tell the two apart: the part of the effect's fitted signal
 /// that the look-alike can't imitate must carry kTellApart (chi^2). A look-alike is held to be 20

@@ -36,21 +36,6 @@ double units_per_effect(const Library& library, int effect) {
                     [effect](const Unit& unit) { return unit.effect == effect; }));
 }
 
-/// Of the names and parameters of a set; the first unit of an effect costs more than further ones.
-double price_of(const Library& library, const std::vector<int>& units) {
-  double price = 0;
-  int last = -1;
-  for (const int u : units) {
-    const Unit& unit = library.units[static_cast<std::size_t>(u)];
-    const auto n = static_cast<double>(unit.columns.size());
-    price += unit.effect == last
-                 ? kPriceOfFurther * n + 2 * std::log(units_per_effect(library, unit.effect))
-                 : kPriceOfName + kPriceOfParameter * n;
-    last = unit.effect;
-  }
-  return price;
-}
-
 /// Least squares of some columns of the library; nothing when they are collinear.
 std::optional<Candidate> solve(const Library& library, const std::vector<int>& units) {
   Candidate c;
@@ -139,6 +124,20 @@ std::vector<int> all_units(const Library& library, int effect) {
 }
 
 }  // namespace
+
+double price_of(const Library& library, const std::vector<int>& units) {
+  double price = 0;
+  int last = -1;
+  for (const int u : units) {
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
+    const auto n = static_cast<double>(unit.columns.size());
+    price += unit.effect == last
+                 ? kPriceOfFurther * n + 2 * std::log(units_per_effect(library, unit.effect))
+                 : kPriceOfName + kPriceOfParameter * n;
+    last = unit.effect;
+  }
+  return price;
+}
 
 Library make_library(const ResidualSpace& space) {
   Library library;

@@ -73,6 +73,9 @@ Candidate with_all_rails(const Library& library, const Candidate& best);
 /// parameters. (No share of the signal instead: a large one is told apart by what is small in it.)
 std::vector<Candidate> structural_ties(const Library& library, const Candidate& best);
 
+/// Of the names and parameters of a set; the first unit of an effect costs more than further ones.
+double price_of(const Library& library, const std::vector<int>& units);
+
 /// Fall of chi^2 that `units` give together (0 for none).
 double gain_of(const Library& library, const std::vector<int>& units);
 
