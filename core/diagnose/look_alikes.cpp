@@ -37,18 +37,34 @@ double earlier_degc(const std::vector<Reading>& readings, double time_s) {
   return *before.temp_degc;
 }
 
-void add_thermal(const ResidualSpace& space, std::vector<Pretender>& kinds) {
-  const bool recorded =
-      std::all_of(space.readings.begin(), space.readings.end(),
-                  [](const Reading& r) { return r.conditions.temp_degc && r.conditions.time_s; });
+/// What goes with temperature or time in a way that growth and drift do too.
+void add_slow(const ResidualSpace& space, std::vector<Pretender>& kinds) {
+  const std::vector<Reading>& readings = space.readings;
+  const bool timed = std::ranges::all_of(
+      readings, [](const Reading& r) { return r.conditions.time_s.has_value(); });
+  if (!timed) return;
+  const double first_s = *std::ranges::min(readings, {}, [](const Reading& r) {
+                            return *r.conditions.time_s;
+                          }).conditions.time_s;
+  for (const int within_min : {5, 10, 15, 20, 30}) {
+    kinds.push_back({{"thermal_growth", "tracker_drift"},
+                     "rails that settle after the start",
+                     "within " + std::to_string(within_min) + " min",
+                     [=](const Reading& r, const Moment&, int k) {
+                       const double since_s = *r.conditions.time_s - first_s;
+                       return along(k, std::exp(-since_s / (60 * within_min)));
+                     }});
+  }
+  const bool recorded = std::ranges::all_of(
+      readings, [](const Reading& r) { return r.conditions.temp_degc.has_value(); });
   if (!recorded) return;
   for (const int lag_min : {10, 20, 30, 45, 60}) {
     kinds.push_back({{"thermal_growth", "tracker_drift"},
                      "rails that follow the thermometer",
                      std::to_string(lag_min) + " min late",
-                     [&space, lag_min](const Reading& r, const Moment& m, int k) {
+                     [&readings, lag_min](const Reading& r, const Moment& m, int k) {
                        const double degc =
-                           earlier_degc(space.readings, *r.conditions.time_s - 60 * lag_min);
+                           earlier_degc(readings, *r.conditions.time_s - 60 * lag_min);
                        return along(k, m.l_mm[k] * (degc - kReferenceTemperatureDegc));
                      }});
   }
@@ -60,7 +76,7 @@ std::vector<Pretender> kinds_for(const ResidualSpace& space) {
        "rails that lose motion",
        "in proportion to the last move",
        [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }}};
-  add_thermal(space, kinds);
+  add_slow(space, kinds);
   return kinds;
 }
 

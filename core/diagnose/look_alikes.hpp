@@ -1,7 +1,7 @@
 #pragma once
 // What is not in the catalogue and looks like an effect that is: motion lost in proportion to the
 // last move looks like backlash where moves are of nearly one length; rails that follow the
-// thermometer late look like thermal growth, or like a drift.
+// thermometer late, or settle after the start, look like thermal growth, or like a drift.
 
 #include <optional>
 
