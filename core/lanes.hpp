@@ -7,7 +7,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <utility>
 
 namespace trammel {
 
@@ -49,6 +51,43 @@ void in_blocks(std::span<const In> in, std::span<Out> out, const Block& block) {
   block(last_in.data(), last_out.data());
   std::copy_n(last_out.begin(), in.size() - whole,
               out.begin() + static_cast<std::ptrdiff_t>(whole));
+}
+
+/// Triples that stand one after the other, as n first, n second and n third numbers, and back:
+///   columns[c][j] = triples[3 j + c].
+template <int n>
+std::array<Real<n>, 3> columns_of(const void* triples) {
+  std::array<Real<n>, 3> in, columns;
+  std::memcpy(in.data(), triples, sizeof in);
+  const auto column = [&]<int c, int... j>(std::integral_constant<int, c>,
+                                           std::integer_sequence<int, j...>) {
+    // of the first two thirds what is there, then of the last one
+    const Real<n> most =
+        __builtin_shuffle(in[0], in[1], Whole<n>{(3 * j + c < 2 * n ? 3 * j + c : 0)...});
+    return __builtin_shuffle(most, in[2], Whole<n>{(3 * j + c < 2 * n ? j : 3 * j + c - n)...});
+  };
+  constexpr auto kEach = std::make_integer_sequence<int, n>{};
+  columns[0] = column(std::integral_constant<int, 0>{}, kEach);
+  columns[1] = column(std::integral_constant<int, 1>{}, kEach);
+  columns[2] = column(std::integral_constant<int, 2>{}, kEach);
+  return columns;
+}
+template <int n>
+void store_columns(const std::array<Real<n>, 3>& columns, void* triples) {
+  std::array<Real<n>, 3> out;
+  const auto third = [&]<int t, int... j>(std::integral_constant<int, t>,
+                                          std::integer_sequence<int, j...>) {
+    const Real<n> two = __builtin_shuffle(
+        columns[0], columns[1],
+        Whole<n>{((n * t + j) % 3 == 1 ? n + (n * t + j) / 3 : (n * t + j) / 3)...});
+    return __builtin_shuffle(two, columns[2],
+                             Whole<n>{((n * t + j) % 3 == 2 ? n + (n * t + j) / 3 : j)...});
+  };
+  constexpr auto kEach = std::make_integer_sequence<int, n>{};
+  out[0] = third(std::integral_constant<int, 0>{}, kEach);
+  out[1] = third(std::integral_constant<int, 1>{}, kEach);
+  out[2] = third(std::integral_constant<int, 2>{}, kEach);
+  std::memcpy(triples, out.data(), sizeof out);
 }
 
 /// A sum with this rounds to a whole number, which then stands in its lowest bits.

@@ -48,6 +48,23 @@ struct WeightAny {
   }
 };
 
+/// The weights of two samples. Division is what a block waits for, and two can share one:
+///   1 / a = b / (a b),   1 / b = a / (a b).
+/// Not for higher powers, whose product may leave a double's range where the weights do not.
+template <class T>
+struct Weights {
+  T first, second;
+};
+template <class Weight, class T>
+Weights<T> weigh_two(const Weight& weigh, const T& a, const T& b) {
+  return {weigh(a), weigh(b)};
+}
+template <class T>
+Weights<T> weigh_two(const WeightSquare& weigh, const T& a, const T& b) {
+  const T both = weigh(T(a * b));
+  return {b * both, a * both};
+}
+
 template <class Run>
 void with_weight(double power, const Run& run) {
   const double whole = std::round(power);
@@ -102,14 +119,23 @@ void predict_block(const IdwMap& map, const Weight& weigh, const Place* at, Eige
     x[j] = at[j].x_mm;
     y[j] = at[j].y_mm;
   }
-  for (std::size_t k = 0; k < map.x_mm.size(); ++k) {
+  const auto distance = [&](std::size_t k) {
     const Real<n> dx = x - map.x_mm[k], dy = y - map.y_mm[k];
-    const Real<n> weight = weigh(Real<n>(dx * dx + dy * dy));
+    return Real<n>(dx * dx + dy * dy);
+  };
+  const auto add = [&](std::size_t k, const Real<n>& weight) {
     w += weight;
     e1 += weight * map.e1_mm[k];
     e2 += weight * map.e2_mm[k];
     e3 += weight * map.e3_mm[k];
+  };
+  const std::size_t paired = map.x_mm.size() - map.x_mm.size() % 2;
+  for (std::size_t k = 0; k < paired; k += 2) {
+    const Weights<Real<n>> two = weigh_two(weigh, distance(k), distance(k + 1));
+    add(k, two.first);
+    add(k + 1, two.second);
   }
+  if (paired < map.x_mm.size()) add(paired, weigh(distance(paired)));
   e1 /= w;
   e2 /= w;
   e3 /= w;

@@ -63,30 +63,26 @@ SineCosine<n> turn_of(const Real<n>& phi) {
 template <int n, std::size_t blocks>
 void displacements_of(const RailFrames& frames, const Pose* poses, Displacements* l_mm,
                       Real<n>& reached) {
-  std::array<Real<n>, blocks> x, y, sine, cosine, l;
+  static_assert(sizeof(Pose) == 3 * sizeof(double) && sizeof(Displacements) == sizeof(Pose));
+  std::array<Real<n>, blocks> x, y, sine, cosine;
+  std::array<std::array<Real<n>, 3>, blocks> l;
   for (std::size_t b = 0; b < blocks; ++b) {
-    Real<n> phi;
-    for (std::size_t j = 0; j < n; ++j) {
-      const Pose& pose = poses[n * b + j];
-      x[b][j] = pose.x_mm;
-      y[b][j] = pose.y_mm;
-      phi[j] = pose.phi_rad;
-    }
-    const SineCosine<n> turn = turn_of<n>(phi);
+    const std::array<Real<n>, 3> pose = columns_of<n>(poses + n * b);
+    const SineCosine<n> turn = turn_of<n>(pose[2]);
+    x[b] = pose[0];
+    y[b] = pose[1];
     sine[b] = turn.sine;
     cosine[b] = turn.cosine;
   }
-  for (int i = 0; i < kChains; ++i) {
-    const Rail<double> f = rail(frames, static_cast<std::size_t>(i));
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const Rail<double> f = rail(frames, i);
     for (std::size_t b = 0; b < blocks; ++b) {
       const auto reach = displacement(f, x[b], y[b], sine[b], cosine[b]);
-      l[b] = reach.l_mm;
+      l[b][i] = reach.l_mm;
       reached += reach.root;
     }
-    for (std::size_t b = 0; b < blocks; ++b) {
-      for (std::size_t j = 0; j < n; ++j) l_mm[n * b + j][i] = l[b][j];
-    }
   }
+  for (std::size_t b = 0; b < blocks; ++b) store_columns<n>(l[b], l_mm + n * b);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "core/lanes.hpp"
 
+#include <array>
 #include <vector>
 
 #include "core/random.hpp"
@@ -70,5 +71,23 @@ TEST_CASE("functions of lanes give the same bits on every level of CPU", "[core]
     CHECK(mapped(t, level, kExp2) == mapped(t, CpuLevel::x86_64, kExp2));
     CHECK(mapped(x, level, kSine) == mapped(x, CpuLevel::x86_64, kSine));
     CHECK(mapped(x, level, kCosine) == mapped(x, CpuLevel::x86_64, kCosine));
+  }
+}
+
+TEST_CASE("triples become columns and come back, on every level of CPU", "[core]") {
+  for (const CpuLevel level : tests::levels_here()) {
+    INFO(name_of(level));
+    at_level(level, []<int n>() {
+      std::array<double, 3 * n> triples, back;
+      for (std::size_t k = 0; k < triples.size(); ++k) triples[k] = static_cast<double>(k);
+      const auto columns = columns_of<n>(triples.data());
+      bool right = true;
+      for (int c = 0; c < 3; ++c) {
+        for (int j = 0; j < n; ++j) right &= columns[static_cast<std::size_t>(c)][j] == 3 * j + c;
+      }
+      CHECK(right);
+      store_columns<n>(columns, back.data());
+      CHECK(back == triples);
+    });
   }
 }
