@@ -153,7 +153,7 @@ StageResult run_rbf(const Campaign& campaign, const Json& p) {
 
 Stage idw_stage() {
   return {.name = "idw",
-          .algorithm_version = 1,
+          .algorithm_version = 2,
           .what = "inverse distance weighting of joint errors",
           .complete = complete_idw,
           .run = run_idw};

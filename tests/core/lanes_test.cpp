@@ -78,7 +78,7 @@ TEST_CASE("triples become columns and come back, on every level of CPU", "[core]
   for (const CpuLevel level : tests::levels_here()) {
     INFO(name_of(level));
     at_level(level, []<int n>() {
-      std::array<double, 3 * n> triples, back;
+      std::array<double, std::size_t{3} * n> triples, back;
       for (std::size_t k = 0; k < triples.size(); ++k) triples[k] = static_cast<double>(k);
       const auto columns = columns_of<n>(triples.data());
       bool right = true;
