@@ -145,7 +145,7 @@ TEST_CASE("sixteen optimal points predict the turned workspace better than paper
 }
 
 TEST_CASE("how many optimal points are worth paper-80, in simulation", "[.][slow]") {
-  // The table of README, "How many points": mean position error, um, of fits (geometry, lead_scale,
+  // Mean position error, um, of fits (geometry, lead_scale,
   // backlash; tolerances as priors) to simulated readings, over +-100 mm, 40 drawn robots.
   constexpr int kRobots = 40;
   const Mechanism mechanism = paper_mechanism();
