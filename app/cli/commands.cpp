@@ -7,6 +7,7 @@
 #include "app/cli/compare.hpp"
 #include "app/cli/db.hpp"
 #include "app/cli/diagnose.hpp"
+#include "app/cli/emulate.hpp"
 #include "app/cli/job.hpp"
 #include "app/cli/mechanism.hpp"
 #include "app/cli/model.hpp"
@@ -38,6 +39,7 @@ const std::vector<Setup>& commands() {
       setup_assess,
       setup_compare,
       setup_mechanism,
+      setup_emulate,
       setup_query,
       setup_db,
   };

@@ -143,12 +143,16 @@ ForwardResult VirtualRobot::true_pose(const Conditions& conditions) const {
 }
 
 ForwardResult VirtualRobot::seen_pose(const Conditions& conditions) const {
-  ForwardResult seen = true_pose(conditions);
-  if (!seen.ok()) return seen;
+  ForwardResult result = true_pose(conditions);
+  if (result.ok()) result.pose = seen(result.pose, conditions);
+  return result;
+}
+
+Pose VirtualRobot::seen(Pose pose, const Conditions& conditions) const {
   const TrackerTruth& t = truth_.tracker;
   const double time_s = conditions.time_s.value_or(0);
   const double hours = time_s / kSecondsPerHour;
-  Pose pose = turned(epoch(conditions.epoch).frame, seen.pose);
+  pose = turned(epoch(conditions.epoch).frame, pose);
   for (const ShiftTruth& shift : truth_.shifts) {
     if (time_s >= shift.time_s) pose = turned(shift.by, pose);
   }
@@ -156,10 +160,9 @@ ForwardResult VirtualRobot::seen_pose(const Conditions& conditions) const {
       t.swirl_rad_per_mm * std::sqrt(pose.x_mm * pose.x_mm + pose.y_mm * pose.y_mm);
   const double phi = pose.phi_rad;  // the swirl is of the line of sight, not of the platform
   pose = turned({0, 0, swirl}, pose);
-  seen.pose = {(pose.x_mm + t.drift_per_h.x_mm * hours) * (1 + t.scale),
-               (pose.y_mm + t.drift_per_h.y_mm * hours) * (1 + t.scale),
-               phi + t.drift_per_h.phi_rad * hours};
-  return seen;
+  return {(pose.x_mm + t.drift_per_h.x_mm * hours) * (1 + t.scale),
+          (pose.y_mm + t.drift_per_h.y_mm * hours) * (1 + t.scale),
+          phi + t.drift_per_h.phi_rad * hours};
 }
 
 ForwardResult VirtualRobot::read(const Conditions& conditions, std::uint64_t reading) const {

@@ -26,6 +26,9 @@ class VirtualRobot {
   /// What a tracker without noise reads there: frame of the epoch, drift, scale, shifts.
   [[nodiscard]] ForwardResult seen_pose(const Conditions& conditions) const;
 
+  /// The same for whatever stands at `pose` in the base frame then, as a reflector on the base.
+  [[nodiscard]] Pose seen(Pose pose, const Conditions& conditions) const;
+
   /// One reading, with the noise of the stream `reading` (its number in the campaign): the same
   /// number gives the same bits, whatever was read before.
   [[nodiscard]] ForwardResult read(const Conditions& conditions, std::uint64_t reading) const;

@@ -28,14 +28,18 @@ namespace {
 }
 
 [[noreturn]] void become_program(const std::vector<std::string>& words, const std::string& folder,
-                                 const std::string& out, const std::string& err) {
-  const int flags = O_WRONLY | O_CREAT | O_TRUNC;
+                                 int out, int err) {
   const bool ready = chdir(folder.c_str()) == 0 && dup2(open("/dev/null", O_RDONLY), 0) == 0 &&
-                     dup2(open(out.c_str(), flags, 0600), 1) == 1 &&
-                     dup2(open(err.c_str(), flags, 0600), 2) == 2 && unsetenv("TRAMMEL_DB") == 0;
+                     dup2(out, 1) == 1 && dup2(err, 2) == 2 && unsetenv("TRAMMEL_DB") == 0;
   if (ready) execute(words);
   _exit(127);
 }
+
+int file_for_writing(const std::string& path) {
+  return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+}
+
+int exit_code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -1; }
 
 }  // namespace
 
@@ -45,14 +49,51 @@ Finished run_program(const std::vector<std::string>& words, const std::filesyste
   const std::string out = files.path() / "out", err = files.path() / "err";
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("fork");
-  if (child == 0) become_program(words, folder, out, err);
+  if (child == 0) {
+    become_program(words, folder, file_for_writing(out), file_for_writing(err));
+  }
   if (kill_after_ms) {
     std::this_thread::sleep_for(std::chrono::milliseconds(*kill_after_ms));
     kill(child, SIGKILL);
   }
   int status = 0;
   waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), read_text(err)};
+  return {exit_code_of(status), read_text(out), read_text(err)};
+}
+
+Served::Served(const std::vector<std::string>& words, const std::filesystem::path& folder) {
+  int ends[2] = {-1, -1};
+  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
+  out_ = ends[0];
+  child_ = fork();
+  if (child_ < 0) throw std::runtime_error("fork");
+  if (child_ == 0) {
+    become_program(words, folder, ends[1], file_for_writing(files_.path() / "err"));
+  }
+  close(ends[1]);
+}
+
+Served::~Served() {
+  if (child_ >= 0) {
+    kill(child_, SIGKILL);
+    waitpid(child_, nullptr, 0);
+  }
+  close(out_);
+}
+
+std::string Served::first_line() {
+  char c = 0;
+  while (read_.find('\n') == std::string::npos && read(out_, &c, 1) == 1) read_ += c;
+  return read_.substr(0, read_.find('\n'));
+}
+
+Finished Served::stop(int signal) {
+  kill(child_, signal);
+  for (char c = 0; read(out_, &c, 1) == 1;) read_ += c;
+  int status = 0;
+  waitpid(child_, &status, 0);
+  child_ = -1;
+  return {exit_code_of(status), read_, read_text(files_.path() / "err")};
 }
 
 std::string run_on_terminal(const std::vector<std::string>& words,

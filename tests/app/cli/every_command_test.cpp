@@ -1,5 +1,7 @@
 // Walks the command tree of the built program: a command that is added is tested by being there.
 
+#include <signal.h>
+
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -100,6 +102,8 @@ const std::map<std::string, Words>& examples() {
       {"mechanism fk", {"demo/robot.json", "--l", "260", "261", "262"}},
       {"mechanism sensitivity", {"demo/robot.json"}},
       {"mechanism workspace", {"demo/robot.json", "--step", "50"}},
+      {"emulate galil", {"--robot", "demo/robot.json", "--tracker-port", "0"}},
+      {"emulate tracker", {"--robot", "demo/robot.json"}},
       {"query", {"SELECT * FROM v_accuracy"}},
       {"db check", {}},
       {"db verify", {}},
@@ -125,6 +129,13 @@ class Laboratory {
     words.insert(words.end(), more.begin(), more.end());
     words.insert(words.end(), {"--db", "demo/trammel.db"});
     return run_program(words, path());
+  }
+
+  /// The same for a command that serves until it is stopped: stopped once it says where.
+  [[nodiscard]] Finished serve(const Words& words) const {
+    tests::Served served(words, path());
+    static_cast<void>(served.first_line());
+    return served.stop(SIGTERM);
   }
 
   /// Every file with its content; what SQLite and the lock keep beside a database is not data.
@@ -163,6 +174,13 @@ Words line(const Command& command, const Words& more = {}) {
   words.insert(words.end(), example->second.begin(), example->second.end());
   words.insert(words.end(), more.begin(), more.end());
   return words;
+}
+
+/// Commands that serve until they are stopped.
+bool serves(const Command& command) { return command.words[0] == "emulate"; }
+
+Finished run(const Command& command, const Words& words) {
+  return serves(command) ? laboratory().serve(words) : laboratory().run(words);
 }
 
 /// "trammel/campaign-import/1"; the stages of calibrate share one.
@@ -237,14 +255,14 @@ TEST_CASE("every command that can change anything has --dry-run, which changes n
     Words words = line(command);
     if (std::find(words.begin(), words.end(), "--dry-run") == words.end())
       words = line(command, more);
-    const Finished done = laboratory().run(words);
+    const Finished done = run(command, words);
     INFO(done.err);
     CHECK(done.exit_code == 0);
     CHECK(laboratory().files() == before);
     CHECK(done.out.find('\x1b') == std::string::npos);
     CHECK(done.err.find('\x1b') == std::string::npos);
     words.emplace_back("--json");
-    check_answer(command, laboratory().run(words).out);
+    check_answer(command, run(command, words).out);
   }
 }
 
@@ -252,7 +270,7 @@ TEST_CASE("with --json every command prints one object, valid against its schema
   const Measuring measuring;
   for (const Command& command : all_commands()) {
     CAPTURE(command.name());
-    const Finished done = laboratory().run(line(command, {"--json"}));
+    const Finished done = run(command, line(command, {"--json"}));
     INFO(done.err);
     CHECK(done.exit_code == 0);
     CHECK(done.out.find('\x1b') == std::string::npos);

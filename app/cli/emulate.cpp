@@ -1,0 +1,198 @@
+#include "app/cli/emulate.hpp"
+
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <cstdio>
+
+#include "app/device/robot_json.hpp"
+#include "app/emulate/galil.hpp"
+#include "app/emulate/stage_link.hpp"
+#include "app/emulate/tracker.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+using emulate::Emulated;
+using emulate::EmulatedRobot;
+using emulate::Faults;
+
+struct EmulateOptions {
+  std::string robot;
+  emulate::ServerOptions server;
+  double speedup = 1;
+  std::vector<std::string> faults, tracker_faults;
+  // the stage
+  emulate::RailSetup rail;
+  std::vector<double> sign = {1}, home_mm, lead_error = {0}, start_mm = {0};
+  std::optional<int> tracker_port;
+  // the tracker
+  std::string stage;
+  std::string nests;
+};
+
+/// One value for all rails, or one for each.
+double of_rail(const std::vector<double>& values, int rail, const char* option) {
+  if (values.size() != 1 && values.size() != kChains) {
+    throw UsageError({.what = "one value for all rails, or three",
+                      .where = {.field = option},
+                      .got = std::to_string(values.size()) + " values"});
+  }
+  return values.size() == 1 ? values[0] : values[static_cast<std::size_t>(rail)];
+}
+
+EmulatedRobot::Rails rails_of(const EmulateOptions& o) {
+  EmulatedRobot::Rails rails;
+  for (int i = 0; i < kChains; ++i) {
+    emulate::RailSetup& rail = rails[static_cast<std::size_t>(i)];
+    rail = o.rail;
+    rail.sign = of_rail(o.sign, i, "--sign") < 0 ? -1 : 1;
+    rail.lead_error = of_rail(o.lead_error, i, "--lead-error");
+    rail.start_mm = of_rail(o.start_mm, i, "--start-mm");
+    if (!o.home_mm.empty()) rail.home_mm = of_rail(o.home_mm, i, "--home-mm");
+  }
+  return rails;
+}
+
+void add_faults(Faults& faults, const std::vector<std::string>& words, Emulated device) {
+  for (const std::string& word : words) faults.add(emulate::parse_fault(word, device));
+}
+
+emulate::TrackerSetup tracker_setup(const EmulateOptions& o) {
+  return o.nests.empty() ? emulate::default_tracker() : emulate::read_tracker_setup(o.nests);
+}
+
+/// Blocked before a server starts its thread, so that they are for us alone.
+sigset_t hold_signals() {
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  return ends;
+}
+
+/// Says where it listens, on one line and at once, then waits for the end.
+void serve(const char* command, const std::string& text, const Json& fields, const sigset_t& ends,
+           const Context& context) {
+  Json object = {{"schema", fmt::format("trammel/{}/1", command)}};
+  object.update(fields);
+  context.print(context.json ? object.dump() : text);
+  if (std::fflush(stdout) != 0) {
+    throw Error(ExitCode::error, {.what = "could not write to stdout"});
+  }
+  context.say("Ctrl-C ends it");
+  int signal = 0;
+  sigwait(&ends, &signal);
+}
+
+ExitCode run_galil(const EmulateOptions& o, Context& context) {
+  Faults faults, tracker_faults;
+  add_faults(faults, o.faults, Emulated::stage);
+  add_faults(tracker_faults, o.tracker_faults, Emulated::tracker);
+  EmulatedRobot robot(simulate::VirtualRobot(device::read_robot(o.robot)), rails_of(o),
+                      emulate::wall_clock(o.speedup));
+  emulate::Galil galil(robot, faults);
+  emulate::EmulatedTracker tracker(
+      robot.robot(), tracker_setup(o), [&robot] { return robot.standing(); }, tracker_faults,
+      o.speedup);
+  const sigset_t ends = hold_signals();
+  const emulate::Server server(o.server, emulate::galil_conversations(galil, faults));
+  std::optional<emulate::Server> second;
+  std::string text =
+      fmt::format("emulated Galil DMC-4183 on {}:{}", o.server.address, server.port());
+  Json fields = {{"address", o.server.address}, {"port", server.port()}};
+  if (o.tracker_port) {
+    emulate::ServerOptions there = o.server;
+    there.port = *o.tracker_port;
+    second.emplace(there, emulate::tracker_conversations(tracker, tracker_faults));
+    text += fmt::format("\nemulated tracker on {}:{}", there.address, second->port());
+    fields["tracker_port"] = second->port();
+  }
+  fields["speedup"] = o.speedup;
+  serve("emulate-galil", text, fields, ends, context);
+  return ExitCode::ok;
+}
+
+ExitCode run_tracker(const EmulateOptions& o, Context& context) {
+  Faults faults;
+  add_faults(faults, o.faults, Emulated::tracker);
+  const simulate::VirtualRobot robot(device::read_robot(o.robot));
+  emulate::EmulatedTracker::Look look = [&o] { return emulate::ask_standing(o.stage); };
+  if (o.stage.empty()) {  // nothing moves it: it stands at home
+    const EmulatedRobot at_home(robot, {}, [] { return 0.0; });
+    look = [standing = at_home.standing()] { return standing; };
+  } else {
+    look();  // a stage that is not there is said now
+  }
+  emulate::EmulatedTracker tracker(robot, tracker_setup(o), look, faults, o.speedup);
+  const sigset_t ends = hold_signals();
+  const emulate::Server server(o.server, emulate::tracker_conversations(tracker, faults));
+  serve("emulate-tracker",
+        fmt::format("emulated tracker on {}:{}", o.server.address, server.port()),
+        {{"address", o.server.address}, {"port", server.port()}, {"speedup", o.speedup}}, ends,
+        context);
+  return ExitCode::ok;
+}
+
+CLI::App& add_device(CLI::App& emulate, const char* name, const char* what, EmulateOptions& o,
+                     Emulated device) {
+  CLI::App& c = *emulate.add_subcommand(name, what);
+  c.add_option("--robot", o.robot, "the virtual robot, robot/1")->required()->type_name("FILE");
+  c.add_option("--port", o.server.port, "0: any that is free")->capture_default_str();
+  c.add_option("--address", o.server.address, "this machine alone unless told otherwise")
+      ->capture_default_str();
+  c.add_option("--speedup", o.speedup, "seconds there for each one here")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-3, 1e6));
+  c.add_option("--fault", o.faults,
+               "KIND@N or KIND@N:TEXT, at the N-th command (with TEXT in it), move or "
+               "measurement; KIND: " +
+                   emulate::fault_kinds(device))
+      ->type_name("KIND@N");
+  c.add_option("--nests", o.nests, "reflectors and stand of the tracker, emulated-tracker/1")
+      ->type_name("FILE");
+  return c;
+}
+
+void setup_galil(CLI::App& emulate, Context& context) {
+  auto o = std::make_shared<EmulateOptions>();
+  CLI::App& c = add_device(emulate, "galil", "A Galil DMC-4183 that moves a virtual robot", *o,
+                           Emulated::stage);
+  c.add_option("--lead-mm", o->rail.lead_mm, "of the screws, mm a turn")->capture_default_str();
+  c.add_option("--counts-per-rev", o->rail.counts_per_rev, "of the encoders")
+      ->capture_default_str();
+  c.add_option("--gear", o->rail.gear, "motor turns a screw turn")->capture_default_str();
+  c.add_option("--sign", o->sign, "1 or -1: counts against displacement (one value or three)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>{"1", "-1"}));
+  c.add_option("--home-mm", o->home_mm, "displacement at the home switches (the robot's home)")
+      ->delimiter(',');
+  c.add_option("--lead-error", o->lead_error, "share by which a screw is too long")->delimiter(',');
+  c.add_option("--start-mm", o->start_mm, "where the rails stand at power-up, from home")
+      ->delimiter(',');
+  c.add_option("--tracker-port", o->tracker_port, "serve the tracker too, 0: any that is free");
+  c.add_option("--tracker-fault", o->tracker_faults, "a --fault of that tracker")
+      ->type_name("KIND@N");
+  on_run(c, context, o, run_galil);
+}
+
+void setup_tracker(CLI::App& emulate, Context& context) {
+  auto o = std::make_shared<EmulateOptions>();
+  CLI::App& c = add_device(emulate, "tracker", "A laser tracker that sees a virtual robot", *o,
+                           Emulated::tracker);
+  c.add_option("--stage", o->stage, "the emulated stage that moves it (it stands at home)")
+      ->type_name("HOST:PORT");
+  on_run(c, context, o, run_tracker);
+}
+
+}  // namespace
+
+void setup_emulate(CLI::App& app, Context& context) {
+  CLI::App& emulate = noun(app, "emulate", "Devices that are not there, as servers");
+  setup_galil(emulate, context);
+  setup_tracker(emulate, context);
+}
+
+}  // namespace trammel::cli

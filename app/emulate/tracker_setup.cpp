@@ -1,0 +1,79 @@
+// The nests and the stand of an emulated tracker: built in, or from a file.
+
+#include <cmath>
+
+#include "app/emulate/tracker.hpp"
+#include "app/exchange/fields.hpp"
+#include "core/units.hpp"
+
+namespace trammel::emulate {
+
+namespace {
+
+/// First about x, then y, then z, all of the fixed axes.
+Eigen::Isometry3d frame(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& turned_deg) {
+  using Turn = Eigen::AngleAxisd;
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  isometry.linear() = (Turn(rad_from_deg(turned_deg[2]), Eigen::Vector3d::UnitZ()) *
+                       Turn(rad_from_deg(turned_deg[1]), Eigen::Vector3d::UnitY()) *
+                       Turn(rad_from_deg(turned_deg[0]), Eigen::Vector3d::UnitX()))
+                          .toRotationMatrix();
+  isometry.translation() = at_mm;
+  return isometry;
+}
+
+Eigen::Vector3d corner(double radius_mm, double angle_deg, double z_mm) {
+  const double angle = rad_from_deg(angle_deg);
+  return {radius_mm * std::cos(angle), radius_mm * std::sin(angle), z_mm};
+}
+
+Eigen::Vector3d read_place(Fields& fields) {
+  return {fields.number("x_mm"), fields.number("y_mm"), fields.number("z_mm", 0)};
+}
+
+}  // namespace
+
+TrackerSetup default_tracker() {
+  const double side_mm = 150, z_mm = 30, base_mm = 500;
+  const double radius_mm = side_mm / std::sqrt(3.0);
+  TrackerSetup setup;
+  setup.nests = {{"PAIR", "P1", true, {-7.5, 0, z_mm}}, {"PAIR", "P2", true, {7.5, 0, z_mm}}};
+  for (int k = 0; k < 3; ++k) {
+    setup.nests.push_back(
+        {"PLATFORM", "P" + std::to_string(k + 1), true, corner(radius_mm, 90 + 120 * k, z_mm)});
+  }
+  for (int k = 0; k < 4; ++k) {
+    setup.nests.push_back(
+        {"BASE", "B" + std::to_string(k + 1), false, corner(base_mm, 45 + 90 * k, 0)});
+  }
+  setup.from_base = frame({2296.4, -2416.2, -442.6}, {0.8, -0.5, 37});
+  return setup;
+}
+
+TrackerSetup read_tracker_setup(const std::filesystem::path& path) {
+  const JsonFile file = read_json(path);
+  Fields top(file);
+  TrackerSetup setup;
+  top.choice("format", {"emulated-tracker/1"});
+  setup.warm_up_s = top.number("warm_up_s", setup.warm_up_s);
+  if (setup.warm_up_s < 0) top.refuse("warm_up_s", "time that runs backwards", "0 or more");
+  if (auto stand = top.optional_object("from_base")) {
+    const Eigen::Vector3d at_mm = read_place(*stand);
+    setup.from_base = frame(at_mm, {stand->number("rx_deg", 0), stand->number("ry_deg", 0),
+                                    stand->number("rz_deg", 0)});
+    stand->done();
+  }
+  for (Fields& nest : top.objects("nests")) {
+    Nest made;
+    made.group = nest.text("group");
+    made.point = nest.text("point");
+    made.on_platform = nest.choice("on", {"platform", "base"}) == "platform";
+    made.at_mm = read_place(nest);
+    nest.done();
+    setup.nests.push_back(std::move(made));
+  }
+  top.done();
+  return setup;
+}
+
+}  // namespace trammel::emulate
