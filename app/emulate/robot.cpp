@@ -67,8 +67,13 @@ EmulatedRobot::EmulatedRobot(simulate::VirtualRobot robot, const Rails& rails, N
   }
 }
 
+/// Once the command rests, the place is where the motor settles: how far it is on its way there
+/// would depend on the moment somebody looked.
 double EmulatedRobot::place_mm(const Rail& rail, double now_s) {
-  return rail.home_mm + rail.mm_per_count * std::nearbyint(rail.motion.at(now_s).actual());
+  const MotorState state = rail.motion.at(now_s);
+  const bool settles = now_s >= rail.motion.end_s() && !rail.motion.is_blocked();
+  const double counts = settles ? state.commanded : state.actual();
+  return rail.home_mm + rail.mm_per_count * std::nearbyint(counts);
 }
 
 double EmulatedRobot::came_from_mm(const Rail& rail, double now_s) {
