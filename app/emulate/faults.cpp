@@ -16,11 +16,12 @@ struct KindRow {
   bool stage, tracker;  // who can have it
 };
 
-constexpr std::array<KindRow, 8> kFaultKinds = {{
+constexpr std::array<KindRow, 9> kFaultKinds = {{
     {FaultKind::lost_reply, "lost-reply", true, true},
     {FaultKind::half_reply, "half-reply", true, true},
     {FaultKind::dropped, "dropped", true, true},
     {FaultKind::beam_break, "beam-break", false, true},
+    {FaultKind::beam_lost, "beam-lost", false, true},
     {FaultKind::unstable, "unstable", false, true},
     {FaultKind::limit_hit, "limit-hit", true, false},
     {FaultKind::amplifier_fault, "amplifier-fault", true, false},

@@ -16,6 +16,7 @@ enum class FaultKind {
   half_reply,       // the command is carried out, half of the answer arrives
   dropped,          // the command is carried out, the connection closes
   beam_break,       // tracker: a measurement finds no reflector
+  beam_lost,        // tracker: a question for its status finds no reflector
   unstable,         // tracker: a measurement scatters far beyond its noise
   limit_hit,        // stage: a limit switch acts halfway through a move
   amplifier_fault,  // stage: a motor loses its power halfway through a move

@@ -103,6 +103,8 @@ Answer EmulatedTracker::line(std::string_view text) {
 }
 
 Answer EmulatedTracker::status(std::string_view) {
+  if (faults_.strikes(FaultKind::beam_lost)) return said("ERR-338 Instrument not ready: no target");
+  if (!laser_on_ || laser_left_s() > 0) return said("ERR-338 Instrument not ready: no laser");
   return said(measuring() ? "ACK-300 BUSY (Trammel emulator)" : "ACK-300 READY (Trammel emulator)");
 }
 

@@ -84,6 +84,18 @@ TEST_CASE("a broken beam fails one measurement and no other", "[emulate]") {
   }
 }
 
+TEST_CASE("a lost beam is seen by the status at that moment", "[emulate]") {
+  for (const bool struck : {false, true}) {
+    EmulatedLaboratory lab;
+    if (struck) lab.tracker_faults.add({FaultKind::beam_lost, 2, ""});
+    Client client(lab.tracker_server.port());
+    std::vector<std::string> codes;
+    for (int k = 0; k < 3; ++k) codes.push_back(client.tracker("?STAT").substr(0, 7));
+    CHECK(codes == std::vector<std::string>{"ACK-300", struck ? "ERR-338" : "ACK-300", "ACK-300"});
+    CHECK(lab.tracker_faults.struck(FaultKind::beam_lost) == (struck ? 1 : 0));
+  }
+}
+
 TEST_CASE("an unstable reading is marked and off by more than its noise", "[emulate]") {
   simulate::Truth truth = tests::emulated_truth();
   truth.temperature.rise_k = 0;
