@@ -7,6 +7,7 @@
 
 #include "app/exchange/numbers.hpp"
 #include "core/error.hpp"
+#include "core/measure/base_frame.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "tests/app/emulate/emulated.hpp"
 #include "tests/support/catch.hpp"
@@ -73,6 +74,38 @@ TEST_CASE("points are where the platform carries them, in the tracker's own fram
     CAPTURE(nest.group, nest.point);
     CHECK((p - setup.from_base * at).norm() < 1e-3);  // it warms up from point to point
   }
+}
+
+TEST_CASE("registered by its base nests, the tracker's points give back the pose", "[emulate]") {
+  simulate::Truth truth = tests::emulated_truth();
+  truth.tracker.sigma_xy_mm = 0.005;
+  Instrument instrument(truth);
+  std::vector<NestPoint> base, base_seen, seen;
+  NestFrame platform;
+  for (const Nest& nest : default_tracker().nests) {
+    const Eigen::Vector3d p =
+        point_of(instrument.ask("!MEAS_SINGLE_POINT:A;" + nest.group + ";" + nest.point));
+    if (nest.group == "BASE") {
+      base.push_back({nest.point, nest.at_mm});
+      base_seen.push_back({nest.point, p});
+    } else if (nest.group == "PLATFORM") {
+      platform.body.push_back({nest.point, nest.at_mm});
+      seen.push_back({nest.point, p});
+    }
+  }
+  platform.T_B_T = frame_of_base(base_seen, base).T_B_T;
+  const NestPose pose = pose_of_nests(seen, platform, truth.tracker.sigma_xy_mm);
+  REQUIRE(pose.ok());
+  const Conditions conditions{.cmd_mm = instrument.standing.l_mm,
+                              .from_mm = instrument.standing.from_mm,
+                              .epoch = 1,
+                              .time_s = 40.0,
+                              .temp_degc = {}};
+  const Pose truly = instrument.robot.seen_pose(conditions).pose;
+  // 5 standard deviations: 5 um a coordinate, four base nests 500 mm and three nests 87 mm out.
+  CHECK_THAT(pose.pose.x_mm, WithinAbs(truly.x_mm, 0.02));
+  CHECK_THAT(pose.pose.y_mm, WithinAbs(truly.y_mm, 0.02));
+  CHECK_THAT(pose.pose.phi_rad, WithinAbs(truly.phi_rad, 2e-4));
 }
 
 TEST_CASE("an offset is the pose that the virtual robot's own tracker reads", "[emulate]") {
