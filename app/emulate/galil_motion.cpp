@@ -10,7 +10,7 @@ namespace trammel::emulate {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kJogMiddle_s = 2;  // a jog has no middle: a fault befalls it after half of this
+constexpr double kJogFault_s = 1;  // a jog has no middle: a fault befalls it after this time
 
 /// Where the motor is, at rest; what is jammed or not there stays so.
 Motion resting(const Motion& motion, double now_s) {
@@ -117,7 +117,8 @@ Motion Galil::limited(Axis& a, Motion motion, double now) const {
 /// Faults on command befall the first axis that really moves.
 void Galil::strike(Axis& a, Motion& motion, double now) {
   const int direction = motion.direction();
-  const double middle_s = 0.5 * std::min(motion.duration_s(), kJogMiddle_s);
+  const double whole_s = motion.duration_s();
+  const double middle_s = std::isfinite(whole_s) ? 0.5 * whole_s : kJogFault_s;
   if (faults_.strikes(FaultKind::stall)) {
     motion = limited(a, motion.blocked(now), now);
   }
