@@ -56,12 +56,12 @@ TEST_CASE("two processes emulate the laboratory that one emulates", "[emulate]")
 
 TEST_CASE("a fault on the command line strikes in the process, at its count", "[emulate]") {
   const TemporaryFolder folder;
-  Served stage(emulator("galil", {"--fault", "dropped@2:BG"}), folder.path());
+  Served stage(emulator("galil", {"--fault", "dropped@2:;BG"}), folder.path());
   const int port = nlohmann::json::parse(stage.first_line()).at("port");
   Client client(port);
   CHECK(client.galil("SHA;PRA=10;BGA", 3) == ":::");
   client.until_at_rest("A");
-  CHECK(client.galil("BGA").empty());
+  CHECK(client.galil("EO 0;BGA").empty());
   CHECK(client.closed());
   CHECK(stage.stop(SIGTERM).exit_code == 0);
 }
