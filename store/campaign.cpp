@@ -87,8 +87,10 @@ Campaign load_head(Connection& connection, Id campaign_id) {
   return campaign;
 }
 
+using TextBySeq = std::map<int, std::string>;
+
 // Everything an exchange carries, in order.
-Sha256 content(const Campaign& c, const std::map<int, std::string>& extra_json) {
+Sha256 content(const Campaign& c, const TextBySeq& extra_json, const TextBySeq& raw_reply) {
   Digest digest;
   digest << c.name << static_cast<int>(c.simulated) << c.mechanism.screw_lead_mm;
   const auto pose = [&](const Pose& p) { digest << p.x_mm << p.y_mm << p.phi_rad; };
@@ -107,24 +109,25 @@ Sha256 content(const Campaign& c, const std::map<int, std::string>& extra_json) 
     if (r.measured) pose(*r.measured);
     const auto extra = extra_json.find(r.seq);
     if (extra != extra_json.end()) digest << extra->second;
+    const auto raw = raw_reply.find(r.seq);
+    if (raw != raw_reply.end()) digest << raw->second;
   }
   return digest.finish();
 }
 
-Sha256 stored_content(Connection& connection, Id campaign_id) {
+Sha256 stored_content(Connection& connection, Id campaign_id, bool with_raw) {
   const LoadedCampaign loaded = load_campaign(connection, campaign_id, {.with_excluded = true});
-  std::map<int, std::string> extra_json;
-  for (const StoredReading& stored : loaded.stored) {
-    if (stored.data.extra_json) {
-      extra_json.emplace(stored.data.reading.seq, *stored.data.extra_json);
-    }
+  TextBySeq extra_json, raw_reply;
+  for (const auto& [reading_id, session_id, attempt_id, data] : loaded.stored) {
+    if (data.extra_json) extra_json.emplace(data.reading.seq, *data.extra_json);
+    if (with_raw && data.raw_reply) raw_reply.emplace(data.reading.seq, *data.raw_reply);
   }
-  return content(loaded.campaign, extra_json);
+  return content(loaded.campaign, extra_json, raw_reply);
 }
 
 void import_readings(Connection& connection, Id campaign_id, const Campaign& campaign,
-                     const std::map<int, std::string>& extra_json,
-                     const std::string& settings_json) {
+                     const TextBySeq& extra_json, const std::string& settings_json,
+                     const TextBySeq& raw_reply) {
   const Id session =
       create_session(connection, {.campaign_id = campaign_id,
                                   .name = kImport,
@@ -141,6 +144,8 @@ void import_readings(Connection& connection, Id campaign_id, const Campaign& cam
     batch.push_back({.reading = reading});
     const auto extra = extra_json.find(reading.seq);
     if (extra != extra_json.end()) batch.back().extra_json = extra->second;
+    const auto raw = raw_reply.find(reading.seq);
+    if (raw != raw_reply.end()) batch.back().raw_reply = raw->second;
     if (batch.size() < ReadingWriter::kBatch) continue;
     writer.add_all(batch, session);
     batch.clear();
@@ -208,15 +213,17 @@ CampaignRow require_campaign(Connection& connection, std::string_view name) {
 
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
                              const std::map<int, std::string>& extra_json,
-                             const std::string& settings_json) {
+                             const std::string& settings_json,
+                             const std::map<int, std::string>& raw_reply) {
   Transaction transaction(connection);
   if (const auto there = find_campaign(connection, campaign.name)) {
-    if (stored_content(connection, there->id) == content(campaign, extra_json)) {
+    if (stored_content(connection, there->id, !raw_reply.empty()) ==
+        content(campaign, extra_json, raw_reply)) {
       return {.campaign_id = there->id, .already_stored = true};
     }
   }
   const Id id = add_campaign(connection, campaign, true);
-  import_readings(connection, id, campaign, extra_json, settings_json);
+  import_readings(connection, id, campaign, extra_json, settings_json, raw_reply);
   transaction.commit();
   return {.campaign_id = id, .already_stored = false};
 }

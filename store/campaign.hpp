@@ -37,13 +37,15 @@ struct ImportResult {
 };
 
 /// Stores an exchanged campaign with all its readings as one session "import", in one transaction.
-/// `extra_json` keeps the reading's columns of other programs ({"x_…": "text"}) by seq;
-/// `settings_json` goes into the session, for what an export wants back (the columns' order).
+/// `extra_json` keeps the reading's columns of other programs ({"x_…": "text"}) by seq, `raw_reply`
+/// the text it was made of; `settings_json` goes into the session: what the readings came from.
+/// Without `raw_reply` the same readings count as the same content whatever raw text is stored.
 /// @throws InputError  the name is taken by a campaign with other content; a number out of bounds
 ///                     (import_test.cpp)
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
                              const std::map<int, std::string>& extra_json = {},
-                             const std::string& settings_json = "{}");
+                             const std::string& settings_json = "{}",
+                             const std::map<int, std::string>& raw_reply = {});
 
 struct LoadOptions {
   std::vector<Id> sessions = {};  // empty: all

@@ -1,5 +1,6 @@
 #include "store/digest.hpp"
 
+#include <sodium/crypto_hash_sha256.h>
 #include <sqlite3.h>
 
 #include <algorithm>
@@ -113,6 +114,13 @@ std::string hex(Bytes bytes) {
   std::string text;
   for (const unsigned char byte : bytes) text += {digits[byte >> 4U], digits[byte & 15U]};
   return text;
+}
+
+Sha256 sha256_of(std::string_view bytes) {
+  Sha256 digest;
+  crypto_hash_sha256(digest.data(), reinterpret_cast<const unsigned char*>(bytes.data()),
+                     bytes.size());
+  return digest;
 }
 
 }  // namespace trammel::store

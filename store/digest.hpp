@@ -45,4 +45,7 @@ class Digest {
 /// 64 lower-case digits.
 std::string hex(Bytes bytes);
 
+/// Of bytes as they are: what sha256sum prints of a file.
+Sha256 sha256_of(std::string_view bytes);
+
 }  // namespace trammel::store

@@ -239,6 +239,15 @@ void add_drift(Iso9283& out, const std::vector<Judged>& judged) {
   out.symbols.push_back({"dRP_l" + suffix, false, drift.dRP_mm, {}, words});
 }
 
+/// mean l + 3 S_l
+double repeatability_mm(std::span<const double> l_mm) {
+  const auto n = static_cast<double>(l_mm.size());
+  double mean = 0, square = 0;
+  for (const double l : l_mm) mean += l / n;
+  for (const double l : l_mm) square += std::pow(l - mean, 2);
+  return mean + 3 * std::sqrt(square / (n - 1));
+}
+
 }  // namespace
 
 std::vector<PoseVisits> pose_visits(std::span<const Reading> readings) {
@@ -272,15 +281,24 @@ PoseAccuracy pose_accuracy(std::span<const Eigen::Vector3d> deviation) {
   for (const auto& d : deviation) a.mean += d / a.n;
   a.AP_p_mm = a.mean.head<2>().norm();
   if (a.n < 2) return a;
-  double l_mean = 0, l_square = 0, phi_square = 0;
-  for (const auto& d : deviation) l_mean += (d - a.mean).head<2>().norm() / a.n;
+  std::vector<double> l_mm;
+  double phi_square = 0;
   for (const auto& d : deviation) {
-    l_square += std::pow((d - a.mean).head<2>().norm() - l_mean, 2);
+    l_mm.push_back((d - a.mean).head<2>().norm());
     phi_square += std::pow(d[2] - a.mean[2], 2);
   }
-  a.RP_l_mm = l_mean + 3 * std::sqrt(l_square / (a.n - 1));
+  a.RP_l_mm = repeatability_mm(l_mm);
   a.RP_c_rad = 3 * std::sqrt(phi_square / (a.n - 1));
   return a;
+}
+
+double point_repeatability_mm(std::span<const Eigen::Vector3d> points_mm) {
+  TRAMMEL_ASSERT(points_mm.size() >= 2);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& p : points_mm) mean += p / static_cast<double>(points_mm.size());
+  std::vector<double> l_mm;
+  for (const auto& p : points_mm) l_mm.push_back((p - mean).norm());
+  return repeatability_mm(l_mm);
 }
 
 Iso9283 iso9283(std::span<const Reading> readings, const std::optional<TrackerSigma>& sigma) {

@@ -39,6 +39,10 @@ struct PoseAccuracy {
 };
 PoseAccuracy pose_accuracy(std::span<const Eigen::Vector3d> deviation);
 
+/// RP_l of one reflector in space: the same formula with l_j = |p_j - m| of three coordinates.
+/// At least two points. Proof: iso9283_test.cpp.
+double point_repeatability_mm(std::span<const Eigen::Vector3d> points_mm);
+
 inline constexpr int kVisitsOfTheStandard = 30;
 inline constexpr int kLeastVisits = 5;  // below it a spread of visits has no figure worth a name
 inline constexpr int kPosesOfTheStandard = 5;

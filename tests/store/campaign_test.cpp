@@ -1,5 +1,6 @@
 #include "store/campaign.hpp"
 
+#include "store/session.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
 
@@ -96,4 +97,21 @@ TEST_CASE("a campaign is found by name and by uuid, and a wrong name lists the r
   CHECK(row.n_sessions == 1);
   CHECK(require_campaign(db, row.uuid).id == row.id);
   CHECK_THROWS_WITH(require_campaign(db, "rail"), Contains("rail-test"));
+}
+
+TEST_CASE("the text a reading was made of is kept, and counts when it is brought again",
+          "[store]") {
+  const TempFolder folder;
+  Connection db = store::open(folder.file("lab.db"), Access::create);
+  const std::map<int, std::string> raw = {{2, "P1, 1.0, 2.0\nP2, 3.0, 4.0"}};
+  const std::string settings = R"({"points":{"file":"a.txt"}})";
+  const ImportResult first = import_campaign(db, small_campaign(), {}, settings, raw);
+  const auto loaded = load_campaign(db, first.campaign_id);
+  CHECK(loaded.stored[1].data.raw_reply == raw.at(2));
+  CHECK_FALSE(loaded.stored[0].data.raw_reply);
+  CHECK(list_sessions(db, first.campaign_id).front().settings_json == settings);
+  CHECK(import_campaign(db, small_campaign(), {}, settings, raw).already_stored);
+  CHECK_THROWS_AS(import_campaign(db, small_campaign(), {}, settings, {{2, "another"}}),
+                  InputError);
+  CHECK(import_campaign(db, small_campaign()).already_stored);  // an export has no raw text
 }

@@ -153,3 +153,10 @@ TEST_CASE("visits under another set-up are another pose, and nothing measured is
   for (Reading& r : readings) r.measured.reset();
   CHECK_THROWS_AS(iso9283(readings), InputError);
 }
+
+TEST_CASE("RP of one reflector in space is that of its distances from their mean", "[assess]") {
+  // l = 3, 3, 3, 3, 0, 0: mean 2, S^2 = 12 / 5
+  const std::vector<Eigen::Vector3d> points = {{13, 0, 5}, {7, 0, 5},  {10, 0, 8},
+                                               {10, 0, 2}, {10, 0, 5}, {10, 0, 5}};
+  CHECK_THAT(point_repeatability_mm(points), WithinRel(2 + 3 * std::sqrt(12.0 / 5), 1e-12));
+}
