@@ -157,7 +157,7 @@ ExitCode run_campaign_show(const CampaignShowOptions& options, Context& context)
 }
 
 void setup_campaign(CLI::App& app, Context& context) {
-  CLI::App& campaigns = noun(app, "campaign", "Campaigns: list, show, import, export");
+  CLI::App& campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
   on_run(*campaigns.add_subcommand("list", "All campaigns of the database"), context,
          std::make_shared<CampaignListOptions>(), run_campaign_list);
   const auto options = std::make_shared<CampaignShowOptions>();

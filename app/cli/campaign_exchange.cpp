@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/campaign_points.hpp"
+#include "app/cli/points_import.hpp"
 #include "app/exchange/stored_campaign.hpp"
+#include "app/exchange/tracker_clock.hpp"
 #include "store/open.hpp"
 #include "store/transaction.hpp"
 
@@ -10,25 +13,57 @@ namespace trammel::cli {
 
 namespace {
 
-store::ImportResult stored(const CampaignFile& file, const Context& context) {
-  store::Connection connection = store::open(context.db(), store::Access::create);
-  return store_campaign(connection, file);
-}
-
-/// Every check of an import, and all of it rolled back.
-store::ImportResult tried(const CampaignFile& file, const Context& context) {
-  if (!std::filesystem::exists(context.db())) return {};
-  store::Connection connection = store::open(context.db(), store::Access::write);
-  const store::Transaction rolled_back(connection);
-  return store_campaign(connection, file);
+/// A folder of campaign/1, or a tracker's points with their layout.
+void require_one_source(const CampaignImportOptions& o) {
+  const bool points = !o.points.empty();
+  if (points != o.folder.empty()) {
+    throw UsageError(
+        {.what = points ? "a folder and --points: which of them?" : "nothing to import",
+         .expected = "FOLDER, or --points FILE --layout FILE"});
+  }
+  if (points && o.layout.empty()) {
+    throw UsageError({.what = "nothing says what the points mean",
+                      .where = {.field = "--layout"},
+                      .hint = "copy one from examples/tracker-files"});
+  }
+  for (const auto& [option, value] : {std::pair{"--layout", o.layout},
+                                      {"--mechanism", o.mechanism},
+                                      {"--plan", o.plan},
+                                      {"--date", o.date}}) {
+    if (points || value.empty()) continue;
+    throw UsageError({.what = "this option goes with --points", .where = {.field = option}});
+  }
 }
 
 }  // namespace
 
+store::ImportResult store_or_try(const StoreIt& store_it, bool dry_run, const Context& context) {
+  if (!dry_run) {
+    store::Connection db = store::open(context.db(), store::Access::create);
+    return store_it(db);
+  }
+  if (!std::filesystem::exists(context.db())) return {};
+  store::Connection db = store::open(context.db(), store::Access::write);
+  const store::Transaction rolled_back(db);
+  return store_it(db);
+}
+
+std::string imported_text(const store::ImportResult& result, bool dry_run,
+                          const Campaign& campaign) {
+  return fmt::format("{} campaign {}: {} readings",
+                     result.already_stored ? "already stored:"
+                     : dry_run             ? "dry run, would import"
+                                           : "imported",
+                     printable(campaign.name), campaign.readings.size());
+}
+
 ExitCode run_campaign_import(const CampaignImportOptions& options, Context& context) {
+  require_one_source(options);
+  if (!options.points.empty()) return import_points(options, context);
   CampaignFile file = read_campaign(options.folder);
   if (!options.name.empty()) file.campaign.name = options.name;
-  const store::ImportResult result = options.dry_run ? tried(file, context) : stored(file, context);
+  const store::ImportResult result = store_or_try(
+      [&](store::Connection& db) { return store_campaign(db, file); }, options.dry_run, context);
   const std::string& name = file.campaign.name;
   if (context.json) {
     context.print("campaign-import", {{"campaign", name},
@@ -36,11 +71,7 @@ ExitCode run_campaign_import(const CampaignImportOptions& options, Context& cont
                                       {"already_stored", result.already_stored},
                                       {"dry_run", options.dry_run}});
   } else {
-    context.print(fmt::format("{} campaign {}: {} readings",
-                              result.already_stored ? "already stored:"
-                              : options.dry_run     ? "dry run, would import"
-                                                    : "imported",
-                              printable(name), file.campaign.readings.size()));
+    context.print(imported_text(result, options.dry_run, file.campaign));
   }
   if (!options.dry_run) context.next("trammel calibrate lsq " + shell_word(name));
   return ExitCode::ok;
@@ -65,13 +96,22 @@ ExitCode run_campaign_export(const CampaignExportOptions& options, Context& cont
 }
 
 void setup_campaign_exchange(CLI::App& app, Context& context) {
-  CLI::App& campaigns = noun(app, "campaign", "Campaigns: list, show, import, export");
+  CLI::App& campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
   auto in = std::make_shared<CampaignImportOptions>();
-  CLI::App* import = campaigns.add_subcommand("import", "Store a campaign/1 of another tool");
-  import->add_option("FOLDER", in->folder, "Folder with campaign.json, or that file")->required();
+  CLI::App* import = campaigns.add_subcommand(
+      "import", "Store a campaign/1 of another tool, or a tracker's file of points");
+  import->add_option("FOLDER", in->folder, "Folder with campaign.json, or that file");
+  import->add_option("--points", in->points, "Instead: a tracker's file of points");
+  import->add_option("--layout", in->layout, "points: what its rows mean (layout/1)");
+  import->add_option("--mechanism", in->mechanism, "points: mechanism file (as the layout says)");
+  import->add_option("--plan", in->plan, "points: plan that was measured (as the layout says)");
+  import->add_option("--date", in->date, "points: how dates are written (as the layout says)")
+      ->check(CLI::IsMember(date_order_names()));
   import->add_option("--name", in->name, "Name it is stored under (default: as the file says)");
   import->add_flag("--dry-run", in->dry_run, "Read and check all of it, store nothing");
   on_run(*import, context, in, run_campaign_import);
+
+  setup_campaign_points(campaigns, context);
 
   auto out = std::make_shared<CampaignExportOptions>();
   CLI::App* exporting = campaigns.add_subcommand("export", "Write a campaign as campaign/1");

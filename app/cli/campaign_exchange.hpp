@@ -1,8 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "app/cli/context.hpp"
+#include "store/campaign.hpp"
 
 namespace trammel::cli {
 
@@ -10,6 +12,10 @@ struct CampaignImportOptions {
   std::string folder;
   std::string name;  // empty: as the file says
   bool dry_run = false;
+  std::string points;  // a tracker's file instead of a folder
+  std::string layout;
+  std::string mechanism, plan;  // empty: as the layout says
+  std::string date;
 };
 struct CampaignExportOptions {
   std::string campaign;
@@ -17,8 +23,15 @@ struct CampaignExportOptions {
   bool dry_run = false;
 };
 
-/// `campaign import` and `campaign export`: the format campaign/1.
+/// `campaign import` and `campaign export`: the format campaign/1; import also takes points.
 void setup_campaign_exchange(CLI::App& app, Context& context);
+
+using StoreIt = std::function<store::ImportResult(store::Connection&)>;
+/// Runs `store_it` on the database; a dry run makes every check of it, and rolls all of it back.
+store::ImportResult store_or_try(const StoreIt& store_it, bool dry_run, const Context& context);
+/// "imported campaign bench: 24 readings"
+std::string imported_text(const store::ImportResult& result, bool dry_run,
+                          const Campaign& campaign);
 
 ExitCode run_campaign_import(const CampaignImportOptions& options, Context& context);
 ExitCode run_campaign_export(const CampaignExportOptions& options, Context& context);

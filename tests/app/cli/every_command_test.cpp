@@ -26,6 +26,8 @@ namespace {
 
 using Words = std::vector<std::string>;
 
+const std::string kTrackerFiles = tests::source_folder() + "/examples/tracker-files/";
+
 struct Command {
   Words words;                       // {"campaign", "import"}
   std::vector<std::string> options;  // "--dry-run", …: its own and those all commands share
@@ -73,6 +75,7 @@ const std::map<std::string, Words>& examples() {
       {"campaign list", {}},
       {"campaign show", {"paper"}},
       {"campaign import", {kDriveError, "--name", "again"}},
+      {"campaign points", {kTrackerFiles + "spatialanalyzer.txt"}},
       {"campaign export", {"paper", "exported"}},
       {"reading exclude", {"drive-error", "--seq", "3", "--reason", "a test"}},
       {"calibrate lsq", {"drive-error"}},
@@ -291,6 +294,7 @@ TEST_CASE("files of the program's own formats are valid against their schemas", 
   for (const File& file :
        std::vector<File>{{examples / "paper/robot.json", "robot.schema.json"},
                          {examples / "paper/protocol.json", "protocol.schema.json"},
+                         {examples / "tracker-files/plan.json", "plan.schema.json"},
                          {lab.path() / "plan.json", "plan.schema.json"},
                          {lab.path() / "m.json", "model.schema.json"},
                          {lab.path() / "as-files/campaign.json", "campaign.schema.json"},
