@@ -23,9 +23,11 @@ void setup_assess(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand(
       "assess", "ISO 9283 and ISO 230-2 symbols, or why not; uncertainty of a correction");
   command->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
-  command->add_option("--session", options->session, "This session alone");
-  command->add_option("--job", options->job,
-                      "Judge this job's correction: its number, or six digits of its key");
+  command->add_option("--session", options->session, "This session alone")->type_name("SESSION");
+  command
+      ->add_option("--job", options->job,
+                   "Judge this job's correction: its number, or six digits of its key")
+      ->type_name("JOB");
   on_run(*command, context, options, run_assess);
 }
 

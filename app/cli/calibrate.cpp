@@ -67,7 +67,8 @@ void model_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
   c.add_option_function<std::vector<std::string>>(
        "--effects", [o](const std::vector<std::string>& names) { o->given["effects"] = names; },
        "named effects to fit beside the geometry, or 'diagnosed' for those diagnose names")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->type_name("EFFECT");
   c.add_flag_callback(
       "--robust", [o] { o->given["robust"] = true; }, "outlying readings count less (Huber)");
   c.add_flag_callback(
@@ -107,6 +108,7 @@ ExitCode run_calibrate(const CalibrateOptions& options, Context& context) {
                     outcome.job.id));
   }
   store::CampaignRow campaign = job::campaign_of(db, outcome.job.data);
+  const std::string campaign_name = campaign.name;
   if (context.json) {
     Json fields = job::job_json(outcome.job, campaign);
     fields["reused"] = outcome.reused;
@@ -119,7 +121,7 @@ ExitCode run_calibrate(const CalibrateOptions& options, Context& context) {
   if (outcome.job.id == 0) {
     context.say("dry run: nothing is stored");
   } else {
-    context.next(fmt::format("trammel job why {}", outcome.job.id));
+    context.next("trammel report " + shell_word(campaign_name));
   }
   return ExitCode::ok;
 }
@@ -134,8 +136,10 @@ void setup_calibrate(CLI::App& app, Context& context) {
     auto options = std::make_shared<CalibrateOptions>();
     options->request.stage = stage.name;
     command.add_option("campaign", options->request.campaign, "name or uuid")->required();
-    command.add_option("--session", options->request.sessions,
-                       "train on this session (repeatable; all baseline sessions)");
+    command
+        .add_option("--session", options->request.sessions,
+                    "train on this session (repeatable; all baseline sessions)")
+        ->type_name("SESSION");
     command.add_flag("--force", options->request.force, "compute again and store another run");
     command.add_flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
     for (const StageOptions& own : kStageOptions) {

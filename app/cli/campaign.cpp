@@ -140,6 +140,9 @@ ExitCode run_campaign_list(const CampaignListOptions&, Context& context) {
                std::to_string(row.n_readings), std::to_string(row.n_exclusions),
                row.created_utc.substr(0, 10)});
   }
+  context.next(all.empty()
+                   ? "trammel campaign import FOLDER"
+                   : "trammel campaign show " + shell_word(all.back()["name"].get<std::string>()));
   if (context.json) {
     context.print("campaign-list", {{"campaigns", std::move(all)}});
   } else if (all.empty()) {
@@ -153,6 +156,8 @@ ExitCode run_campaign_list(const CampaignListOptions&, Context& context) {
 ExitCode run_campaign_show(const CampaignShowOptions& options, Context& context) {
   const Shown shown = look_up(options.campaign, context);
   context.json ? print_json(shown, context) : print_text(shown, context);
+  context.next((shown.jobs.empty() ? "trammel calibrate lsq " : "trammel report ") +
+               shell_word(shown.row.name));
   return ExitCode::ok;
 }
 

@@ -101,13 +101,18 @@ void setup_campaign_exchange(CLI::App& app, Context& context) {
   CLI::App* import = campaigns.add_subcommand(
       "import", "Store a campaign/1 of another tool, or a tracker's file of points");
   import->add_option("FOLDER", in->folder, "Folder with campaign.json, or that file");
-  import->add_option("--points", in->points, "Instead: a tracker's file of points");
-  import->add_option("--layout", in->layout, "points: what its rows mean (layout/1)");
-  import->add_option("--mechanism", in->mechanism, "points: mechanism file (as the layout says)");
-  import->add_option("--plan", in->plan, "points: plan that was measured (as the layout says)");
+  import->add_option("--points", in->points, "Instead: a tracker's file of points")
+      ->type_name("FILE");
+  import->add_option("--layout", in->layout, "points: what its rows mean (layout/1)")
+      ->type_name("FILE");
+  import->add_option("--mechanism", in->mechanism, "points: mechanism file (as the layout says)")
+      ->type_name("FILE");
+  import->add_option("--plan", in->plan, "points: plan that was measured (as the layout says)")
+      ->type_name("PLAN");
   import->add_option("--date", in->date, "points: how dates are written (as the layout says)")
       ->check(CLI::IsMember(date_order_names()));
-  import->add_option("--name", in->name, "Name it is stored under (default: as the file says)");
+  import->add_option("--name", in->name, "Name it is stored under (default: as the file says)")
+      ->type_name("NAME");
   import->add_flag("--dry-run", in->dry_run, "Read and check all of it, store nothing");
   on_run(*import, context, in, run_campaign_import);
 

@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <new>
 
+#include "app/cli/command_tree.hpp"
+#include "app/cli/help.hpp"
+#include "app/cli/next_step.hpp"
 #include "app/cli/suggest.hpp"
 #include "app/exchange/numbers.hpp"
 
@@ -14,13 +18,7 @@ namespace trammel::cli {
 
 namespace {
 
-struct Code {
-  ExitCode code;
-  const char* kind;
-  const char* meaning;
-};
-
-constexpr std::array<Code, 10> kCodes = {{
+constexpr std::array<ExitMeaning, 10> kCodes = {{
     {ExitCode::ok, "ok", "ok"},
     {ExitCode::error, "error", "error"},
     {ExitCode::usage, "usage", "the command line is wrong"},
@@ -37,7 +35,7 @@ constexpr std::array<Code, 10> kCodes = {{
 
 const char* kind_of(ExitCode code) {
   const auto* at = std::find_if(kCodes.begin(), kCodes.end(),
-                                [code](const Code& row) { return row.code == code; });
+                                [code](const ExitMeaning& row) { return row.code == code; });
   return at == kCodes.end() ? "error" : at->kind;
 }
 
@@ -89,13 +87,9 @@ ErrorText unknown_text(const Unknown& unknown) {
 ErrorText usage_text(const CLI::App& app, const CLI::ParseError& error,
                      const std::vector<std::string>& words) {
   if (const auto unknown = first_unknown(app, words)) return unknown_text(*unknown);
-  const CLI::App* at = &app;
-  while (!at->get_subcommands().empty()) at = at->get_subcommands().front();
-  std::string name;
-  for (const CLI::App* up = at; up != nullptr; up = up->get_parent()) {
-    name = up->get_name() + (name.empty() ? "" : " " + name);
-  }
-  const auto subs = at->get_subcommands([](const CLI::App*) { return true; });
+  const CLI::App& at = chosen_command(app);
+  const std::string name = full_name(at);
+  const auto subs = visible_commands(at);
   if (!subs.empty()) {
     std::vector<std::string> names;
     for (const CLI::App* sub : subs) names.push_back(sub->get_name());
@@ -120,15 +114,40 @@ int answer_parse_error(const CLI::App& app, const CLI::ParseError& error,
   return fail(ExitCode::usage, usage_text(app, error, words), json);
 }
 
-int run_chosen(const Context& context) {
+/// One command line on its way: what was typed, and what it means.
+struct Line {
+  const CLI::App& app;
+  const std::vector<std::string>& words;
+  const Context& context;
+};
+
+/// The error, and what to do next where its text does not say.
+int fail_with_advice(ExitCode code, ErrorText text, const Line& line) {
+  const std::filesystem::path db = line.context.db();
+  const bool of_database =
+      text.where.file.empty() || std::filesystem::path(text.where.file).filename() == db.filename();
+  const std::string next = next_step_after_error(line.app, line.words, code, of_database);
+  const bool advise = text.hint.empty();
+  if (advise && line.context.json) text.hint = next;
+  fail(code, text, line.context.json);
+  if (advise) line.context.next(next);
+  return static_cast<int>(code);
+}
+
+int run_chosen(const Line& line) {
+  const Context& context = line.context;
   try {
     const ExitCode code = context.chosen();
     if (std::fflush(stdout) != 0) {
       return fail(ExitCode::error, {.what = "could not write to stdout"}, context.json);
     }
+    if (!context.suggested) {
+      const std::string next = next_step(line.app, line.words, code);
+      if (!next.empty()) context.next(next);
+    }
     return static_cast<int>(code);
   } catch (const Error& error) {
-    return fail(error.code(), error.text(), context.json);
+    return fail_with_advice(error.code(), error.text(), line);
   } catch (const Json::exception& error) {
     // Files of users are read with their lines and fields: this is text from the database.
     return fail(ExitCode::storage,
@@ -138,9 +157,9 @@ int run_chosen(const Context& context) {
                  .hint = "see `trammel db verify`"},
                 context.json);
   } catch (const std::bad_alloc&) {
-    return fail(ExitCode::error, {.what = "out of memory"}, context.json);
+    return fail_with_advice(ExitCode::error, {.what = "out of memory"}, line);
   } catch (const std::exception& error) {
-    return fail(ExitCode::error, {.what = error.what()}, context.json);
+    return fail_with_advice(ExitCode::error, {.what = error.what()}, line);
   }
 }
 
@@ -168,9 +187,11 @@ void only_decimal_numbers(CLI::App& app) {
 
 }  // namespace
 
+const std::array<ExitMeaning, 10>& exit_codes() { return kCodes; }
+
 std::string exit_codes_text() {
   std::string text = "Exit codes:\n";
-  for (const Code& row : kCodes) {
+  for (const ExitMeaning& row : kCodes) {
     text += fmt::format("  {:>3}  {}\n", static_cast<int>(row.code), row.meaning);
   }
   return text;
@@ -178,15 +199,16 @@ std::string exit_codes_text() {
 
 void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands) {
   app.description(
-      "Plans, runs, records, calibrates, explains and reports measurement campaigns on a\n"
+      "Plans, runs, records, calibrates, explains and reports measurement campaigns on a "
       "planar 3-PRR parallel robot under a laser tracker.");
   app.footer(
       "\n" + exit_codes_text() +
       "stdout is data, stderr is talk. Anywhere on the line: --json (one JSON object instead of\n"
-      "text), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db).");
+      "text), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db).\n"
+      "NO_COLOR is honoured. `trammel man` prints all of this as a man page.");
   app.set_version_flag("--version", std::string("trammel ") + TRAMMEL_VERSION,
                        "Print the version and stop");
-  app.get_formatter()->column_width(34);
+  app.formatter(help_formatter());
   app.fallthrough();
   app.require_subcommand(1);
   app.add_option("--db", context.db_option, "Database file")->type_name("FILE");
@@ -206,7 +228,7 @@ int run_cli(const std::vector<std::string>& words, const std::vector<Setup>& com
   } catch (const CLI::ParseError& error) {
     return answer_parse_error(app, error, words, json);
   }
-  return run_chosen(context);
+  return run_chosen({app, words, context});
 }
 
 }  // namespace trammel::cli

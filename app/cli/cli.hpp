@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,13 @@ void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands)
 /// Parses `words`, runs the command they name and returns the exit code, 0 to 130. Errors go to
 /// stderr: one line for a person, one object {"schema": "trammel/error/1", …} with --json.
 int run_cli(const std::vector<std::string>& words, const std::vector<Setup>& commands);
+
+struct ExitMeaning {
+  ExitCode code;
+  const char* kind;  // as in trammel/error/1
+  const char* meaning;
+};
+const std::array<ExitMeaning, 10>& exit_codes();
 
 /// The table of exit codes as help and README show it.
 std::string exit_codes_text();

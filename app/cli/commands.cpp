@@ -5,10 +5,12 @@
 #include "app/cli/campaign.hpp"
 #include "app/cli/campaign_exchange.hpp"
 #include "app/cli/compare.hpp"
+#include "app/cli/completion.hpp"
 #include "app/cli/db.hpp"
 #include "app/cli/diagnose.hpp"
 #include "app/cli/emulate.hpp"
 #include "app/cli/job.hpp"
+#include "app/cli/man.hpp"
 #include "app/cli/mechanism.hpp"
 #include "app/cli/model.hpp"
 #include "app/cli/plan.hpp"
@@ -42,6 +44,8 @@ const std::vector<Setup>& commands() {
       setup_emulate,
       setup_query,
       setup_db,
+      setup_completion,
+      setup_man,
   };
   // clang-format on
   return table;

@@ -95,8 +95,8 @@ ExitCode run_compare(const CompareOptions& options, Context& context) {
 void setup_compare(CLI::App& app, Context& context) {
   auto options = std::make_shared<CompareOptions>();
   CLI::App* command = app.add_subcommand("compare", "The figures of two campaigns side by side");
-  command->add_option("A", options->a, "Name or uuid")->required();
-  command->add_option("B", options->b, "Name or uuid")->required();
+  command->add_option("A", options->a, "Name or uuid")->required()->type_name("CAMPAIGN");
+  command->add_option("B", options->b, "Name or uuid")->required()->type_name("CAMPAIGN");
   on_run(*command, context, options, run_compare);
 }
 

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "app/cli/columns.hpp"
+
 namespace trammel::cli {
 
 namespace {
@@ -25,7 +27,12 @@ std::string Context::db() const {
 
 bool Context::db_given() const { return db() != "./trammel.db" || !db_option.empty(); }
 
-void Context::print(std::string_view text) const { write(stdout, text); }
+void Context::print(std::string_view text) const {
+  const auto columns = terminal_columns();
+  write(stdout, columns ? folded(text, *columns) : std::string(text));
+}
+
+void Context::print_as_is(std::string_view text) const { write(stdout, text); }
 
 void Context::print(std::string_view command, const Json& fields) const {
   Json object = {{"schema", "trammel/" + std::string(command) + "/1"}};
@@ -38,7 +45,12 @@ void Context::say(std::string_view text) const {
 }
 
 void Context::next(std::string_view command) const {
-  if (!json && !quiet) write(stderr, "next: " + std::string(command));
+  suggested = true;
+  if (json || quiet) return;
+  write(stderr, "next: " + std::string(command) +
+                    (db_option.empty() || command.find(" --db") != std::string_view::npos
+                         ? ""
+                         : " --db " + shell_word(db_option)));
 }
 
 bool colour(int descriptor) {

@@ -30,14 +30,21 @@ struct Context {
   /// --db or TRAMMEL_DB says which.
   [[nodiscard]] bool db_given() const;
 
-  /// Data: text as it is (a newline is added when missing), to stdout.
+  /// Data: text as it is (a newline is added when missing), to stdout; on a terminal, lines that
+  /// are longer go on at the next word.
   void print(std::string_view text) const;
+  /// Data that is a file's content: as it is, on a terminal too.
+  void print_as_is(std::string_view text) const;
   /// Data with --json: one object, "schema" = "trammel/<command>/1" first.
   void print(std::string_view command, const Json& fields) const;
   /// Talk, to stderr; nothing with --quiet.
   void say(std::string_view text) const;
-  /// The next step, suggested after success: "next: trammel report paper". Not with --json.
+  /// The next step, suggested after success and failure: "next: trammel report paper", with the
+  /// --db of this line. Not with --json. A command that suggests nothing itself has a row in
+  /// next_step.cpp.
   void next(std::string_view command) const;
+
+  mutable bool suggested = false;  // next() was called
 };
 
 /// stdout (1) or stderr (2) is a terminal, and NO_COLOR is not set.

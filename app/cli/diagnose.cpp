@@ -87,11 +87,12 @@ ExitCode run_diagnose(const DiagnoseOptions& options, Context& context) {
   if (options.request.dry_run) {
     context.say("dry run: nothing is stored");
   } else if (!options.from.empty()) {
-    context.next(fmt::format("trammel campaign import {}", options.from));
+    context.next(fmt::format("trammel campaign import {}", shell_word(options.from)));
   } else if (verdict == "explained") {
-    context.next(fmt::format("trammel model list {}", options.request.campaign));
+    context.next(fmt::format("trammel model list {}", shell_word(options.request.campaign)));
   } else if (!details["next_points"].empty() && options.plan.empty()) {
-    context.next(fmt::format("trammel diagnose {} --plan next.json", options.request.campaign));
+    context.next(
+        fmt::format("trammel diagnose {} --plan next.json", shell_word(options.request.campaign)));
   }
   return options.require.empty() || options.require == verdict ? ExitCode::ok
                                                                : ExitCode::not_acceptable;
@@ -104,11 +105,15 @@ void setup_diagnose(CLI::App& app, Context& context) {
       "diagnose", "Which physical effect is the model missing, and can it be trusted");
   auto options = std::make_shared<DiagnoseOptions>();
   command.add_option("campaign", options->request.campaign, "name or uuid of a stored campaign");
-  command.add_option("--from", options->from,
-                     "a campaign/1 folder instead; no database is touched");
-  command.add_option("--session", options->request.sessions,
-                     "on this session (repeatable; all baseline sessions)");
-  command.add_option("--plan", options->plan, "write the points to measure next as a plan");
+  command
+      .add_option("--from", options->from, "a campaign/1 folder instead; no database is touched")
+      ->type_name("FOLDER");
+  command
+      .add_option("--session", options->request.sessions,
+                  "on this session (repeatable; all baseline sessions)")
+      ->type_name("SESSION");
+  command.add_option("--plan", options->plan, "write the points to measure next as a plan")
+      ->type_name("FILE");
   command.add_option("--require", options->require, "exit 5 when the verdict is another")
       ->check(CLI::IsMember({"nothing_missing", "explained", "ambiguous", "unexplained"}));
   command.add_option_function<int>(

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/cli/rerun_all.hpp"
+#include "app/cli/table.hpp"
 #include "app/job/diff.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
@@ -56,8 +57,7 @@ ExitCode run_list(const JobOptions& options, Context& context) {
   std::optional<store::Id> only;
   if (!options.campaign.empty()) only = store::require_campaign(db, options.campaign).id;
   Json jobs = Json::array();
-  std::string text = fmt::format("{:>5}  {:<12}{:<10}{:>4}  {:<26}{:<14}{}\n", "job", "campaign",
-                                 "stage", "run", "created (UTC)", "key", "readings");
+  Table table({"job", "campaign", "stage", "run", "created (UTC)", "key", "readings"});
   for (const store::JobRow& j : store::list_jobs(db, only)) {
     jobs.push_back({{"id", j.id},
                     {"campaign", j.campaign},
@@ -68,14 +68,16 @@ ExitCode run_list(const JobOptions& options, Context& context) {
                     {"readings", j.n_readings},
                     {"created_utc", j.created_utc},
                     {"duration_s", j.duration_s}});
-    text += fmt::format("{:>5}  {:<12}{:<10}{:>4}  {:<26}{:<14}{}\n", j.id, printable(j.campaign),
-                        j.stage, j.run, j.created_utc, j.key.substr(0, 12), j.n_readings);
+    table.add({std::to_string(j.id), j.campaign, j.stage, std::to_string(j.run), j.created_utc,
+               j.key.substr(0, 12), std::to_string(j.n_readings)});
   }
   if (context.json) {
     context.print("job-list", {{"jobs", jobs}});
   } else {
-    context.print(jobs.empty() ? "no jobs yet" : text);
+    context.print(jobs.empty() ? "no jobs yet" : table.text());
   }
+  context.next(jobs.empty() ? "trammel calibrate lsq CAMPAIGN"
+                            : fmt::format("trammel job show {}", jobs.back()["id"].get<int>()));
   return ExitCode::ok;
 }
 
@@ -240,7 +242,7 @@ void setup_job(CLI::App& app, Context& context) {
   }
   CLI::App& diff = verb(app, "diff", "Two jobs side by side");
   diff.add_option("job", options->job, which)->required();
-  diff.add_option("other", options->other, which)->required();
+  diff.add_option("other", options->other, which)->required()->type_name("JOB");
   on_run(diff, context, options, run_diff);
   CLI::App& rerun = verb(app, "rerun", "The same calibration on the readings as they are now");
   CLI::Option* one = rerun.add_option("job", options->job, which);

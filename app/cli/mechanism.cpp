@@ -228,7 +228,8 @@ void setup_mechanism(CLI::App& app, Context& context) {
   verb("check", "Is it usable, and where is home", run_check);
   const auto [ik, ik_options] = verb("ik", "Displacements that reach poses", run_ik);
   ik->add_option("--pose", ik_options->values, "x mm, y mm, phi deg (repeatable)");
-  ik->add_option("--plan", ik_options->batch, "the targets of a plan: file, or name of a grid");
+  ik->add_option("--plan", ik_options->batch, "the targets of a plan: file, or name of a grid")
+      ->type_name("PLAN");
   ik->add_option("--velocity", ik_options->velocity,
                  "of the platform, mm/s mm/s deg/s: what the rails do at each pose (Eq. 6)")
       ->expected(3);
@@ -240,8 +241,8 @@ void setup_mechanism(CLI::App& app, Context& context) {
                "h_3), in mm and rad");
   const auto [fk, fk_options] = verb("fk", "Poses at displacements", run_fk);
   fk->add_option("--l", fk_options->values, "l1 l2 l3 in mm (repeatable)");
-  fk->add_option("--commands", fk_options->batch,
-                 "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv");
+  fk->add_option("--commands", fk_options->batch, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv")
+      ->type_name("FILE");
   setup_mechanism_maps(mechanism, context);
 }
 

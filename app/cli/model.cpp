@@ -222,8 +222,8 @@ void setup_model(CLI::App& app, Context& context) {
       "show", "Parameters with units and standard deviations, and what is not known", run_show);
   show.first->add_option("VERSION", show.second->version, which)->required();
   const auto diff = verb("diff", "What differs between two versions, and nothing else", run_diff);
-  diff.first->add_option("A", diff.second->version, which)->required();
-  diff.first->add_option("B", diff.second->other, which)->required();
+  diff.first->add_option("A", diff.second->version, which)->required()->type_name("VERSION");
+  diff.first->add_option("B", diff.second->other, which)->required()->type_name("VERSION");
   setup_model_use(model, context);
 }
 

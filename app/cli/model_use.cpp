@@ -254,7 +254,8 @@ void setup_predict(CLI::App& model, Context& context) {
       ->delimiter(',');
   c.add_option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per rail")
       ->capture_default_str();
-  c.add_option("--commands", o->commands, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv");
+  c.add_option("--commands", o->commands, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv")
+      ->type_name("FILE");
   circumstances(c, o->at);
   on_run(c, context, o, run_predict);
 }

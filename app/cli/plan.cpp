@@ -196,7 +196,7 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
     context.say(beside_paper_80(plan, mechanism_of(options.mechanism), options.design));
   }
   if (options.out.empty()) {
-    context.print(text);
+    context.print_as_is(text);
     return ExitCode::ok;
   }
   if (!options.dry_run) write_file_atomically(options.out, text);
@@ -270,15 +270,17 @@ void grid_options(CLI::App& c, CreateOptions& o) {
   c.add_option("--centre", o.centre_mm, "circle: x y in mm")->expected(2);
   c.add_option("--radius", o.radius_mm, "circle: mm")->capture_default_str();
   c.add_option("--points", o.points, "how many (circle: 72; optimal: 40)");
-  c.add_option("--mechanism", o.mechanism, "rail, optimal: mechanism file (the paper's)");
+  c.add_option("--mechanism", o.mechanism, "rail, optimal: mechanism file (the paper's)")
+      ->type_name("FILE");
   c.add_option("--travel", o.travel_mm, "rail: mm to either side of home")->capture_default_str();
   c.add_option("--targets", o.targets, "rail: targets per run")->capture_default_str();
   c.add_option("--runs", o.runs, "rail: runs, each in both directions")->capture_default_str();
   c.add_option("--criterion", o.criterion, "optimal: D (volume), A (mean variance), E (worst)")
       ->check(CLI::IsMember(std::vector<std::string>{"D", "A", "E"}))
       ->capture_default_str();
-  c.add_option("--campaign", o.campaign, "next-points: those of its last diagnosis");
-  c.add_option("--job", o.job, "next-points: those of this diagnosis");
+  c.add_option("--campaign", o.campaign, "next-points: those of its last diagnosis")
+      ->type_name("CAMPAIGN");
+  c.add_option("--job", o.job, "next-points: those of this diagnosis")->type_name("JOB");
   design_options(c, o.design);
 }
 
@@ -289,9 +291,9 @@ void setup_create(CLI::App& plan, Context& context) {
   std::vector<std::string> grids = grid_names();
   grids.insert(grids.end(), {"lattice", "circle", "rail", "optimal", job::kNextPoints});
   c.add_option("grid", o->grid, "which points")->required()->check(CLI::IsMember(grids));
-  c.add_option("--out", o->out, "file to write (stdout)");
+  c.add_option("--out", o->out, "file to write (stdout)")->type_name("FILE");
   c.add_flag("--dry-run", o->dry_run, "make the plan, write no file");
-  c.add_option("--name", o->name, "of the plan (the grid's)");
+  c.add_option("--name", o->name, "of the plan (the grid's)")->type_name("NAME");
   grid_options(c, *o);
   c.add_option("--orientations", o->orientations_deg,
                "deg, added to each pose (0; optimal: -5,0,5)")
@@ -330,7 +332,8 @@ void setup_plan(CLI::App& app, Context& context) {
       *plan.add_subcommand("check", "Every target and every path; lists all faults");
   auto options = std::make_shared<FileOptions>();
   checked.add_option("plan", options->file, "file, or the name of a grid")->required();
-  checked.add_option("--mechanism", options->mechanism, "mechanism file (the paper's)");
+  checked.add_option("--mechanism", options->mechanism, "mechanism file (the paper's)")
+      ->type_name("FILE");
   checked.add_option("--limit-margin", options->check.limit_margin_mm, "free stroke, mm")
       ->capture_default_str();
   checked.add_option("--singularity-margin", options->check.singularity_margin, "0 to 1")

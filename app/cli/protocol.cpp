@@ -86,10 +86,6 @@ void say_stopped(const protocol::Outcome& outcome, const std::string& again,
   context.next(again);
 }
 
-std::string db_words(const Context& context) {
-  return context.db() == "./trammel.db" ? "" : " --db " + shell_word(context.db());
-}
-
 /// What is there stays: a user may have changed it, and the campaign was measured with it.
 void write_unless_there(const std::filesystem::path& path, std::string_view content) {
   if (!std::filesystem::exists(path)) write_file_atomically(path, content);
@@ -149,10 +145,9 @@ ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
                               protocol.steps.size()));
   }
   if (outcome.code == ExitCode::ok) {
-    context.next("trammel report " + shell_word(protocol.name) + db_words(context));
+    context.next("trammel report " + shell_word(protocol.name));
   } else {
-    say_stopped(outcome, "trammel protocol run " + shell_word(options.file) + db_words(context),
-                context);
+    say_stopped(outcome, "trammel protocol run " + shell_word(options.file), context);
   }
   return outcome.code;
 }
@@ -174,7 +169,8 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   }
   const report::Report found = report_of(protocol.name, context);
   const Json json = report::to_json(found);
-  write_file_atomically(folder / "report.txt", report::to_text(found));
+  const std::string text = report::to_text(found, glyphs());
+  write_file_atomically(folder / "report.txt", text);
   Json file = {{"schema", "trammel/report/1"}};
   file.update(json);
   write_file_atomically(folder / "report.json", file.dump(2) + "\n");
@@ -182,11 +178,11 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
     context.print("demo",
                   {{"database", context.db()}, {"folder", folder.string()}, {"report", json}});
   } else {
-    context.print(with_bold_headings(report::to_text(found)));
+    context.print(with_bold_headings(text));
   }
   context.say(fmt::format("database {}, report {} and {}", printable(context.db()),
                           (folder / "report.txt").string(), (folder / "report.json").string()));
-  context.next("trammel campaign show " + shell_word(protocol.name) + db_words(context));
+  context.next("trammel campaign show " + shell_word(protocol.name));
   return ExitCode::ok;
 }
 

@@ -50,7 +50,7 @@ void print_csv(store::Query& query, const Context& context) {
       if (k > 0) joined += ',';
       joined += text(values[k]);
     }
-    context.print(joined);
+    context.print_as_is(joined);
   };
   line(query.columns(), [](const std::string& name) { return csv_text(name); });
   while (const auto row = query.next()) line(*row, csv_text);
@@ -63,7 +63,7 @@ void print_json(store::Query& query, bool lines, const Context& context) {
     Json object = Json::object();
     for (std::size_t k = 0; k < keys.size(); ++k) object[keys[k]] = json_of((*row)[k]);
     if (lines) {
-      context.print(object.dump(-1, ' ', false, Json::error_handler_t::replace));
+      context.print_as_is(object.dump(-1, ' ', false, Json::error_handler_t::replace));
     } else {
       rows.push_back(std::move(object));
     }

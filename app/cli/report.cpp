@@ -4,8 +4,8 @@
 
 #include <sstream>
 
+#include "app/cli/columns.hpp"
 #include "app/report/gather.hpp"
-#include "app/report/print.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -22,14 +22,20 @@ std::string with_bold_headings(const std::string& text) {
   return out;
 }
 
+report::Glyphs glyphs() { return utf8_wanted() ? report::Glyphs::blocks : report::Glyphs::ascii; }
+
 void print_report(const std::string& campaign, const Context& context) {
   store::Connection connection = store::open(context.db(), store::Access::read_only);
   const report::Report found =
       report::gather(connection, store::require_campaign(connection, campaign));
+  const std::string name = shell_word(found.campaign);
+  context.next(found.jobs.empty()    ? "trammel calibrate lsq " + name
+               : found.story.empty() ? "trammel diagnose " + name
+                                     : "trammel assess " + name);
   if (context.json) {
     context.print("report", report::to_json(found));
   } else {
-    context.print(with_bold_headings(report::to_text(found)));
+    context.print(with_bold_headings(report::to_text(found, glyphs())));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "app/cli/context.hpp"
+#include "app/report/print.hpp"
 
 namespace trammel::cli {
 
@@ -16,6 +17,9 @@ ExitCode run_report(const ReportOptions& options, Context& context);
 
 /// `text` with its underlined headings bold, on a terminal that may be coloured.
 std::string with_bold_headings(const std::string& text);
+
+/// What this terminal's pictures are drawn with.
+report::Glyphs glyphs();
 
 /// Prints the report of a campaign, as text or JSON.
 void print_report(const std::string& campaign, const Context& context);

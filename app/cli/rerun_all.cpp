@@ -26,12 +26,16 @@ job::Json parameters_of(const std::string& text) {
 
 void setup_rerun_all(CLI::App& rerun, CLI::Option& all, RerunAllOptions& options) {
   rerun.add_option("--stage", options.stage, "the calibration: lsq, geometry, idw, ...")
-      ->needs(&all);
-  rerun.add_option("--where", options.where, "SQL condition on the table campaign")->needs(&all);
+      ->needs(&all)
+      ->type_name("METHOD");
+  rerun.add_option("--where", options.where, "SQL condition on the table campaign")
+      ->needs(&all)
+      ->type_name("CONDITION");
   rerun
       .add_option("--parameters", options.parameters,
                   "of the stage, as JSON (default: those of each campaign's newest job)")
-      ->needs(&all);
+      ->needs(&all)
+      ->type_name("JSON");
   rerun.add_option("--threads", options.threads, "that compute (default: one per core)")
       ->needs(&all)
       ->check(CLI::Range(1U, 256U));

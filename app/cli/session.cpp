@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "app/cli/table.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/session/lock.hpp"
@@ -110,8 +111,8 @@ ExitCode run_run(const RunOptions& options, Context& context) {
     context.next((request.compensation_job ? "trammel report " : "trammel calibrate lsq ") +
                  shell_word(request.campaign));
   } else if (outcome.session_id != 0) {
-    context.say(fmt::format("go on with: trammel session resume {} --session '{}'",
-                            printable(request.campaign), printable(request.session)));
+    context.next(fmt::format("trammel session resume {} --session {}", shell_word(request.campaign),
+                             shell_word(request.session)));
   }
   return code;
 }
@@ -161,7 +162,8 @@ ExitCode run_status(const NamedOptions& options, Context& context) {
   const auto holder = session::CampaignLock::holder(db.file(), campaign.uuid);
   const auto sessions = store::list_sessions(db, campaign.id);
   Json rows = Json::array();
-  std::string text = "session                            state        points  readings\n";
+  Table table({"session", "state", "points", "readings"});
+  bool unfinished = false;
   for (const store::SessionRow& row : sessions) {
     const std::string state = state_of(row, holder && row.id == sessions.back().id);
     rows.push_back({{"name", row.name},
@@ -171,13 +173,19 @@ ExitCode run_status(const NamedOptions& options, Context& context) {
                     {"n_ok", row.n_ok},
                     {"n_readings", row.n_readings},
                     {"compensated", row.compensation_job.has_value()}});
-    text += fmt::format("{:<34} {:<11} {:>3}/{:<3}  {:>8}\n", printable(row.name), state, row.n_ok,
-                        row.n_points, row.n_readings);
+    unfinished = unfinished || state == "stopped" || state == "faulted" || state == "interrupted";
+    table.add({row.name, state, fmt::format("{}/{}", row.n_ok, row.n_points),
+               std::to_string(row.n_readings)});
   }
   Json fields = {{"campaign", campaign.name}, {"running", holder.has_value()}, {"sessions", rows}};
   if (holder) fields["process"] = *holder;
-  if (holder) text += fmt::format("measured now by process {}\n", *holder);
-  context.json ? context.print("session-status", fields) : context.print(text);
+  const std::string now =
+      holder ? fmt::format("measured now by process {}\n", *holder) : std::string();
+  context.json ? context.print("session-status", fields) : context.print(table.text() + now);
+  context.next((holder       ? "trammel session stop "
+                : unfinished ? "trammel session resume "
+                             : "trammel report ") +
+               shell_word(campaign.name));
   return ExitCode::ok;
 }
 
@@ -212,13 +220,16 @@ void setup_run(CLI::App& session, Context& context) {
   CLI::App& c = *session.add_subcommand("run", "Check a plan, then measure it point by point");
   auto o = std::make_shared<RunOptions>();
   c.add_option("campaign", o->request.campaign, "made when it is not there")->required();
-  c.add_option("--plan", o->plan, "plan file, or the name of a grid")->required();
-  c.add_option("--stage", o->request.stage, "sim:FILE")->required();
+  c.add_option("--plan", o->plan, "plan file, or the name of a grid")
+      ->required()
+      ->type_name("PLAN");
+  c.add_option("--stage", o->request.stage, "sim:FILE")->required()->type_name("STAGE");
   c.add_option("--tracker", o->request.tracker, "sim")->capture_default_str();
-  c.add_option("--session", o->request.session, "its name (the plan's)");
+  c.add_option("--session", o->request.session, "its name (the plan's)")->type_name("SESSION");
   c.add_option("--compensate", o->compensate,
                "job whose correction is commanded, a diagnose job too: its number or key, or "
-               "model:VERSION (none)");
+               "model:VERSION (none)")
+      ->type_name("JOB");
   c.add_option("--set", o->set, "identify or validate, for all points (the plan's)")
       ->check(CLI::IsMember(std::vector<std::string>{"identify", "validate"}));
   c.add_flag("--new-set-up", o->request.new_set_up, "homed and framed anew: an epoch of its own");
@@ -244,7 +255,8 @@ void setup_session(CLI::App& app, Context& context) {
     return std::pair<CLI::App*, NamedOptions*>(&command, options.get());
   };
   const auto resume = verb("resume", "Measure what is left of a session", run_resume);
-  resume.first->add_option("--session", resume.second->session, "(the last that is not done)");
+  resume.first->add_option("--session", resume.second->session, "(the last that is not done)")
+      ->type_name("SESSION");
   resume.first->add_flag("--dry-run", resume.second->dry_run,
                          "say what is left and check it, store and move nothing");
   verb("status", "Sessions of a campaign, and who measures now", run_status);

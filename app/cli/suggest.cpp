@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "app/cli/command_tree.hpp"
+
 namespace trammel::cli {
 
 int edit_distance(const std::string& a, const std::string& b) {
@@ -38,19 +40,8 @@ namespace {
 
 std::vector<std::string> command_names(const CLI::App& app) {
   std::vector<std::string> names;
-  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(sub->get_name());
-  }
+  for (const CLI::App* sub : visible_commands(app)) names.push_back(sub->get_name());
   return names;
-}
-
-/// Options of the command and, as they fall through, of those above it.
-std::vector<const CLI::Option*> options_of(const CLI::App& app) {
-  std::vector<const CLI::Option*> options;
-  for (const CLI::App* at = &app; at != nullptr; at = at->get_parent()) {
-    for (const CLI::Option* option : at->get_options()) options.push_back(option);
-  }
-  return options;
 }
 
 std::vector<std::string> option_names(const CLI::App& app) {
@@ -59,22 +50,6 @@ std::vector<std::string> option_names(const CLI::App& app) {
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
   return names;
-}
-
-const CLI::Option* find_option(const CLI::App& app, const std::string& word) {
-  for (const CLI::Option* option : options_of(app)) {
-    if (option->check_name(word)) return option;
-  }
-  return nullptr;
-}
-
-bool looks_like_option(const std::string& word) {
-  return word.size() > 1 && word[0] == '-' && (word[1] < '0' || word[1] > '9') && word[1] != '.';
-}
-
-std::string full_name(const CLI::App& app) {
-  const CLI::App* parent = app.get_parent();
-  return parent == nullptr ? app.get_name() : full_name(*parent) + " " + app.get_name();
 }
 
 }  // namespace
@@ -96,12 +71,13 @@ std::optional<Unknown> first_unknown(const CLI::App& app, const std::vector<std:
     }
     const std::vector<std::string> names = command_names(*at);
     if (names.empty()) continue;  // a value of the command
-    if (std::find(names.begin(), names.end(), words[k]) == names.end()) {
+    const CLI::App* sub = find_command(*at, words[k]);
+    if (sub == nullptr) {
       std::vector<std::string> near = nearest(words[k], names);
       if (near.empty()) near = nearest(words[k], option_names(*at));
       return Unknown{words[k], false, full_name(*at), near, names};
     }
-    at = at->get_subcommand(words[k]);
+    at = sub;
   }
   return std::nullopt;
 }

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "app/cli/columns.hpp"
 
 namespace trammel::cli {
 
@@ -11,7 +14,9 @@ class Table {
  public:
   explicit Table(std::vector<std::string> header) : rows_{std::move(header)} {}
   void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
-  [[nodiscard]] std::string text() const;
+  /// Where a line is longer than `columns`, the widest columns of text are shortened, marked by …;
+  /// numbers never are. Proof: columns_test.cpp.
+  [[nodiscard]] std::string text(std::optional<std::size_t> columns = terminal_columns()) const;
 
  private:
   std::vector<std::vector<std::string>> rows_;

@@ -96,6 +96,10 @@ void add_tables(Report& report, const Group& group, const store::Job& job, const
     table.after_predicted = paired.predicted;
     table.before = summarise(errors.before);
     table.after = summarise(errors.after);
+    for (std::size_t k = 0; k < paired.pairs.size(); ++k) {
+      const Pose& target = paired.pairs[k].before->reading.target;
+      table.points.push_back({target.x_mm, target.y_mm, errors.before[k], errors.after[k]});
+    }
     table.paper = paper_figures(table.id);
     table.demand = demand_on(table, report.floor_mean_mm);
     report.tables.push_back(std::move(table));

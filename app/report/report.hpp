@@ -29,6 +29,12 @@ struct Demand {
   bool reached = false;
 };
 
+/// One point of a table: where it was meant to be, and its errors.
+struct PointError {
+  double x_mm = 0, y_mm = 0;
+  double before = 0, after = 0;
+};
+
 /// Errors of the same poses before and after a correction, mm or deg.
 struct ErrorTable {
   std::string id = {};           // "lsq-80-position"
@@ -41,7 +47,8 @@ struct ErrorTable {
   Summary before = {};
   Summary after = {};
   std::optional<PaperFigures> paper = {};
-  std::optional<Demand> demand = {};  // position of the model, where the noise floor is known
+  std::vector<PointError> points = {};  // in the order of measurement
+  std::optional<Demand> demand = {};    // position of the model, where the noise floor is known
 };
 
 /// Two methods on the same baseline readings, point by point: positive when `a` leaves more.

@@ -229,18 +229,6 @@ std::string origin_text(const Report& report) {
   return text + "SHA-256 over all readings: " + report.chain_head + "\n";
 }
 
-/// The table a reader wants first: held-out before in-sample, position, the smallest error left.
-const ErrorTable* best_table(const Report& report) {
-  const ErrorTable* best = nullptr;
-  for (const ErrorTable& table : report.tables) {
-    if (table.figure != "position") continue;
-    const bool better = best == nullptr || (best->in_sample && !table.in_sample) ||
-                        (best->in_sample == table.in_sample && table.after.mean < best->after.mean);
-    if (better) best = &table;
-  }
-  return best;
-}
-
 }  // namespace
 
 CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation CircleRow::*side) {
@@ -252,6 +240,17 @@ CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation Circl
     sum.radius_mm += std::abs((row.*side).radius_mm) / n;
   }
   return sum;
+}
+
+const ErrorTable* best_table(const Report& report) {
+  const ErrorTable* best = nullptr;
+  for (const ErrorTable& table : report.tables) {
+    if (table.figure != "position") continue;
+    const bool better = best == nullptr || (best->in_sample && !table.in_sample) ||
+                        (best->in_sample == table.in_sample && table.after.mean < best->after.mean);
+    if (better) best = &table;
+  }
+  return best;
 }
 
 std::string verdict(const Report& report) {
@@ -269,12 +268,12 @@ std::string verdict(const Report& report) {
           : "");
 }
 
-std::string to_text(const Report& report) {
+std::string to_text(const Report& report, Glyphs glyphs) {
   std::string text = "Campaign " + printable(report.campaign) +
                      fmt::format(": {}{}, {} readings", report.simulated ? "SIMULATED" : "real",
                                  report.imported ? ", imported" : "", report.n_readings);
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
-  text += "\n" + report.mechanism + "\n\n" + wrapped(verdict(report));
+  text += "\n" + report.mechanism + "\n\n" + wrapped(verdict(report)) + pictures(report, glyphs);
   text += figure_tables(report, "position") + figure_tables(report, "attitude");
   if (!report.tables.empty()) text += notes(report) + demand_text(report);
   if (report.contest) text += contest_text(*report.contest);

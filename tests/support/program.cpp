@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <pty.h>
 #include <signal.h>
+#include <sys/ioctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,17 +19,25 @@ namespace trammel::tests {
 
 namespace {
 
+/// A program by its path, or its name on PATH, and its arguments. Where the program under test
+/// draws with blocks must not depend on who runs the tests.
 [[noreturn]] void execute(std::vector<std::string> words) {
-  std::string program = tests::build_folder() + "/trammel";
-  std::vector<char*> arguments = {program.data()};
+  std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  execv(arguments[0], arguments.data());
+  setenv("LC_ALL", "C.UTF-8", 1);
+  setenv("TERM", "xterm", 1);
+  execvp(arguments[0], arguments.data());
   _exit(127);
 }
 
-[[noreturn]] void become_program(const std::vector<std::string>& words, const std::string& folder,
-                                 int out, int err) {
+std::vector<std::string> trammel(std::vector<std::string> words) {
+  words.insert(words.begin(), tests::build_folder() + "/trammel");
+  return words;
+}
+
+[[noreturn]] void become(const std::vector<std::string>& words, const std::string& folder, int out,
+                         int err) {
   const bool ready = chdir(folder.c_str()) == 0 && dup2(open("/dev/null", O_RDONLY), 0) == 0 &&
                      dup2(out, 1) == 1 && dup2(err, 2) == 2 && unsetenv("TRAMMEL_DB") == 0;
   if (ready) execute(words);
@@ -41,17 +50,13 @@ int file_for_writing(const std::string& path) {
 
 int exit_code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -1; }
 
-}  // namespace
-
-Finished run_program(const std::vector<std::string>& words, const std::filesystem::path& folder,
-                     std::optional<int> kill_after_ms) {
+Finished run(const std::vector<std::string>& words, const std::filesystem::path& folder,
+             std::optional<int> kill_after_ms) {
   const TemporaryFolder files;
   const std::string out = files.path() / "out", err = files.path() / "err";
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("fork");
-  if (child == 0) {
-    become_program(words, folder, file_for_writing(out), file_for_writing(err));
-  }
+  if (child == 0) become(words, folder, file_for_writing(out), file_for_writing(err));
   if (kill_after_ms) {
     std::this_thread::sleep_for(std::chrono::milliseconds(*kill_after_ms));
     kill(child, SIGKILL);
@@ -61,6 +66,17 @@ Finished run_program(const std::vector<std::string>& words, const std::filesyste
   return {exit_code_of(status), read_text(out), read_text(err)};
 }
 
+}  // namespace
+
+Finished run_program(const std::vector<std::string>& words, const std::filesystem::path& folder,
+                     std::optional<int> kill_after_ms) {
+  return run(trammel(words), folder, kill_after_ms);
+}
+
+Finished run_command(const std::vector<std::string>& words, const std::filesystem::path& folder) {
+  return run(words, folder, {});
+}
+
 Served::Served(const std::vector<std::string>& words, const std::filesystem::path& folder) {
   int ends[2] = {-1, -1};
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
@@ -68,7 +84,7 @@ Served::Served(const std::vector<std::string>& words, const std::filesystem::pat
   child_ = fork();
   if (child_ < 0) throw std::runtime_error("fork");
   if (child_ == 0) {
-    become_program(words, folder, ends[1], file_for_writing(files_.path() / "err"));
+    become(trammel(words), folder, ends[1], file_for_writing(files_.path() / "err"));
   }
   close(ends[1]);
 }
@@ -97,14 +113,17 @@ Finished Served::stop(int signal) {
 }
 
 std::string run_on_terminal(const std::vector<std::string>& words,
-                            const std::filesystem::path& folder, bool no_color) {
+                            const std::filesystem::path& folder, bool no_color, int columns) {
   int terminal = -1;
-  const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
+  winsize size{};
+  size.ws_col = static_cast<unsigned short>(columns);
+  size.ws_row = 40;
+  const pid_t child = forkpty(&terminal, nullptr, nullptr, &size);
   if (child < 0) throw std::runtime_error("forkpty");
   if (child == 0) {
     if (chdir(folder.c_str()) != 0) _exit(127);
     no_color ? setenv("NO_COLOR", "1", 1) : unsetenv("NO_COLOR");
-    execute(words);
+    execute(trammel(words));
   }
   std::string text;
   char buffer[4096];

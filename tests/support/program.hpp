@@ -43,9 +43,11 @@ class Served {
   int out_ = -1;  // our end of its stdout
   std::string read_;
 };
+/// Runs another program the same way: its name or path, and its arguments.
+Finished run_command(const std::vector<std::string>& words, const std::filesystem::path& folder);
 
 /// All that the program writes to a terminal of its own; NO_COLOR set or not there.
 std::string run_on_terminal(const std::vector<std::string>& words,
-                            const std::filesystem::path& folder, bool no_color);
+                            const std::filesystem::path& folder, bool no_color, int columns = 120);
 
 }  // namespace trammel::tests

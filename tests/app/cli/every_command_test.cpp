@@ -3,10 +3,13 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "app/cli/cli.hpp"
+#include "app/cli/columns.hpp"
 #include "app/cli/commands.hpp"
 #include "app/session/lock.hpp"
 #include "store/campaign.hpp"
@@ -112,6 +115,9 @@ const std::map<std::string, Words>& examples() {
       {"db verify", {}},
       {"db backup", {"copy.db"}},
       {"db migrate", {}},
+      {"completion", {"zsh"}},
+      {"complete", {"--", "report", ""}},
+      {"man", {}},
   };
   return all;
 }
@@ -129,9 +135,15 @@ class Laboratory {
   [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
 
   [[nodiscard]] Finished run(Words words, const Words& more = {}) const {
-    words.insert(words.end(), more.begin(), more.end());
-    words.insert(words.end(), {"--db", "demo/trammel.db"});
-    return run_program(words, path());
+    return run_program(with_db(std::move(words), more), path());
+  }
+
+  /// Behind the command: what stands behind "--" is no option.
+  static Words with_db(Words words, const Words& more = {}) {
+    Words options = more;
+    options.insert(options.end(), {"--db", "demo/trammel.db"});
+    words.insert(std::find(words.begin(), words.end(), "--"), options.begin(), options.end());
+    return words;
   }
 
   /// The same for a command that serves until it is stopped: stopped once it says where.
@@ -175,7 +187,7 @@ Words line(const Command& command, const Words& more = {}) {
     throw std::runtime_error("no example for `" + command.name() + "`: add one to this test");
   }
   words.insert(words.end(), example->second.begin(), example->second.end());
-  words.insert(words.end(), more.begin(), more.end());
+  words.insert(std::find(words.begin(), words.end(), "--"), more.begin(), more.end());
   return words;
 }
 
@@ -198,14 +210,30 @@ std::string file_of(const std::string& schema) {
   return schema.substr(from, schema.rfind('/') - from) + ".schema.json";
 }
 
-void check_answer(const Command& command, const std::string& out) {
+void check_answer(const std::string& schema, const std::string& out) {
   REQUIRE(nlohmann::ordered_json::accept(out));
   const auto answer = nlohmann::ordered_json::parse(out);
   REQUIRE(answer.is_object());
   REQUIRE_FALSE(answer.empty());
   CHECK(answer.begin().key() == "schema");
-  CHECK(answer.at("schema") == schema_of(command));
-  CHECK(tests::schema_errors(nlohmann::json::parse(out), file_of(schema_of(command))) == "");
+  CHECK(answer.at("schema") == schema);
+  CHECK(tests::schema_errors(nlohmann::json::parse(out), file_of(schema)) == "");
+}
+
+/// Words of a text, without what makes some bold.
+Words printed_words(std::string text) {
+  for (const std::string bold : {"\x1b[1m", "\x1b[0m", "\r"}) {
+    for (auto at = text.find(bold); at != std::string::npos; at = text.find(bold)) {
+      text.erase(at, bold.size());
+    }
+  }
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+std::size_t columns_without_bold(const std::string& line) {
+  const std::size_t n = cli::columns_of(line);
+  return line.ends_with('\r') ? n - 1 : n;
 }
 
 /// The process of this test measures drive-error, as far as others can see.
@@ -264,8 +292,14 @@ TEST_CASE("every command that can change anything has --dry-run, which changes n
     CHECK(laboratory().files() == before);
     CHECK(done.out.find('\x1b') == std::string::npos);
     CHECK(done.err.find('\x1b') == std::string::npos);
-    words.emplace_back("--json");
-    check_answer(command, run(command, words).out);
+    // What to do next, once; --json has data alone.
+    const auto next = done.err.find("next: ");
+    CHECK(next != std::string::npos);
+    CHECK(done.err.find("next: ", next + 1) == std::string::npos);
+    words.insert(std::find(words.begin(), words.end(), "--"), "--json");
+    const Finished json = run(command, words);
+    CHECK(json.err.find("next: ") == std::string::npos);
+    check_answer(schema_of(command), json.out);
   }
 }
 
@@ -277,8 +311,77 @@ TEST_CASE("with --json every command prints one object, valid against its schema
     INFO(done.err);
     CHECK(done.exit_code == 0);
     CHECK(done.out.find('\x1b') == std::string::npos);
-    check_answer(command, done.out);
+    check_answer(schema_of(command), done.out);
     CHECK(done.err.find("next:") == std::string::npos);
+  }
+}
+
+TEST_CASE("answers of another form, and those that are not acceptable, are valid too", "[cli]") {
+  struct Other {
+    Words words;
+    const char* schema;
+    int exit_code;
+  };
+  const Laboratory& lab = laboratory();
+  REQUIRE(lab.run({"plan", "create", "circle", "--radius", "400", "--out", "far.json"}).exit_code ==
+          0);
+  for (const Other& other : std::vector<Other>{
+           {{"job", "rerun", "--all", "--stage", "lsq"}, "job-rerun-all", 0},
+           {{"plan", "create", "circle"}, "plan", 0},
+           {{"plan", "create", "optimal", "--points", "12", "--out", "o.json"}, "plan-create", 0},
+           {{"plan", "check", "far.json"}, "plan-check", 5},
+           {{"session", "run", "lab", "--plan", "far.json", "--stage", "sim:demo/robot.json"},
+            "session-run",
+            5},
+           {{"diagnose", "drive-error", "--require", "unexplained"}, "diagnose", 5},
+           {{"calibrate", "geometry", "drive-error", "--effects", "lead_scale"}, "calibrate", 0},
+           {{"model", "export", "drive-error", "last", "model.json"}, "model-export", 0},
+           {{"model", "predict", "drive-error", "last", "--commands",
+             kDriveError + "/readings.csv"},
+            "model-predict",
+            0},
+           {{"mechanism", "ik", "demo/robot.json", "--pose", "600", "0", "0"}, "mechanism-ik", 5},
+           {{"mechanism", "ik", "demo/robot.json", "--plan", "paper-48", "--jacobians"},
+            "mechanism-ik",
+            0},
+           {{"mechanism", "fk", "demo/robot.json", "--l", "9", "9", "999"}, "mechanism-fk", 5},
+           {{"assess", "drive-error"}, "assess", 0},
+           {{"complete", "--", "campaign", ""}, "complete", 0}}) {
+    CAPTURE(other.words);
+    const Finished done = lab.run(other.words, {"--json"});
+    INFO(done.err);
+    CHECK(done.exit_code == other.exit_code);
+    check_answer(std::string("trammel/") + other.schema + "/1", done.out);
+  }
+}
+
+TEST_CASE("every error says what to do next", "[cli]") {
+  const tests::TemporaryFolder empty;
+  int n_failed = 0;
+  for (const Command& command : all_commands()) {
+    CAPTURE(command.name());
+    const Words more = command.has("--dry-run") ? Words{"--dry-run"} : Words{};
+    const Finished failed = run_program(line(command, more), empty.path());
+    if (failed.exit_code == 0) continue;  // needs no file and no database
+    ++n_failed;
+    CAPTURE(failed.err);
+    const bool hint = failed.err.find("; ") != std::string::npos;
+    CHECK((hint || failed.err.find("next: ") != std::string::npos));
+    Words json = more;
+    json.emplace_back("--json");
+    const Finished again = run_program(line(command, json), empty.path());
+    CHECK(nlohmann::json::parse(again.err).at("hint").get<std::string>().size() > 5);
+  }
+  CHECK(n_failed > 30);
+}
+
+TEST_CASE("help names every value and keeps to 100 columns", "[cli]") {
+  for (const Command& command : all_commands()) {
+    const Finished help = laboratory().run(command.words, {"--help"});
+    CAPTURE(command.name(), help.out);
+    CHECK(help.out.find("TEXT") == std::string::npos);  // a type_name says what is meant
+    std::istringstream in(help.out);
+    for (std::string line; std::getline(in, line);) CHECK(cli::columns_of(line) <= 100);
   }
 }
 
@@ -331,4 +434,42 @@ TEST_CASE("a terminal gets bold headings, and none where NO_COLOR is set", "[cli
   CHECK(bold.find("\x1b[1m") != std::string::npos);
   CHECK(plain.find('\x1b') == std::string::npos);
   CHECK(plain.size() > 1000);
+}
+
+TEST_CASE("on a narrow terminal no line is too long and no number is cut", "[cli]") {
+  constexpr int kColumns = 72;
+  for (const Words& words : std::vector<Words>{{"report", "paper"},
+                                               {"assess", "paper"},
+                                               {"compare", "paper", "drive-error"},
+                                               {"plan", "show", "paper-48"},
+                                               {"mechanism", "sensitivity", "demo/robot.json"}}) {
+    CAPTURE(words);
+    const Words with_db = Laboratory::with_db(words, {"--quiet"});
+    const std::string narrow =
+        tests::run_on_terminal(with_db, laboratory().path(), false, kColumns);
+    CHECK(printed_words(narrow) == printed_words(run_program(with_db, laboratory().path()).out));
+    std::istringstream in(narrow);
+    for (std::string line; std::getline(in, line);) {
+      CAPTURE(line);
+      CHECK((columns_without_bold(line) <= kColumns || printed_words(line).size() == 1));
+    }
+  }
+  for (const Words& words :
+       std::vector<Words>{{"campaign", "list"}, {"job", "list"}, {"session", "status", "paper"}}) {
+    CAPTURE(words);
+    const Words with_db = Laboratory::with_db(words, {"--quiet"});
+    std::istringstream in(tests::run_on_terminal(with_db, laboratory().path(), false, kColumns));
+    for (std::string line; std::getline(in, line);) CHECK(columns_without_bold(line) <= kColumns);
+  }
+}
+
+TEST_CASE("a progress bar is drawn on a terminal alone", "[cli]") {
+  const tests::TemporaryFolder folder;
+  const std::string robot = "sim:" + (laboratory().path() / "demo/robot.json").string();
+  const Words words = {"session", "run", "lab", "--plan", "paper-48", "--stage", robot};
+  const Finished piped = run_program(words, folder.path());
+  REQUIRE(piped.exit_code == 0);
+  CHECK(piped.err.find('\r') == std::string::npos);
+  const tests::TemporaryFolder other;
+  CHECK_THAT(tests::run_on_terminal(words, other.path(), false), Contains("\r[####"));
 }

@@ -1,0 +1,129 @@
+#include "app/cli/next_step.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "app/cli/command_tree.hpp"
+
+namespace trammel::cli {
+
+namespace {
+
+/// In capitals: the value that the line gave by that name.
+struct Row {
+  const char* command;
+  const char* after_ok;
+  const char* after_failure;
+};
+constexpr auto kRows = std::to_array<Row>({
+    // clang-format off
+    {"plan create",           "trammel plan create GRID --out plan.json",       ""},
+    {"plan show",             "trammel plan check PLAN",                        ""},
+    {"plan check",            "trammel session run CAMPAIGN --plan PLAN --stage sim:robot.json",
+                              "trammel plan show PLAN"},
+    {"session run",           "trammel session status CAMPAIGN",                "trammel plan check PLAN"},
+    {"session resume",        "trammel report CAMPAIGN",                        "trammel session status CAMPAIGN"},
+    {"session stop",          "trammel session resume CAMPAIGN",                ""},
+    {"campaign export",       "trammel campaign import FOLDER --dry-run",       ""},
+    {"reading exclude",       "trammel calibrate lsq CAMPAIGN",                 ""},
+    {"calibrate",             "trammel report CAMPAIGN",                        ""},
+    {"diagnose",              "trammel report CAMPAIGN",                        "trammel report CAMPAIGN"},
+    {"model diff",            "trammel model predict CAMPAIGN last --pose 0,0,0", ""},
+    {"model predict",         "trammel model export CAMPAIGN VERSION compensation.csv",
+                              "trammel mechanism workspace FILE"},
+    {"model export",          "trammel model show CAMPAIGN VERSION",            ""},
+    {"job show",              "trammel job why JOB",                            ""},
+    {"job why",               "trammel job verify JOB",                         ""},
+    {"job verify",            "trammel job list",                               "trammel job why JOB"},
+    {"job diff",              "trammel job why JOB",                            ""},
+    {"job rerun",             "trammel job list",                               "trammel job list"},
+    {"assess",                "trammel diagnose CAMPAIGN",                      ""},
+    {"compare",               "trammel report CAMPAIGN",                        ""},
+    {"mechanism check",       "trammel mechanism workspace FILE",               "trammel mechanism workspace FILE"},
+    {"mechanism ik",          "trammel plan create lattice --out plan.json",    "trammel mechanism workspace FILE"},
+    {"mechanism fk",          "trammel mechanism ik FILE --pose X Y PHI",       "trammel mechanism workspace FILE"},
+    {"mechanism sensitivity", "trammel mechanism workspace FILE",               ""},
+    {"mechanism workspace",   "trammel plan create lattice --out plan.json",    ""},
+    {"query",                 "trammel query SQL --csv",                        ""},
+    {"db check",              "trammel db verify",                              "trammel db backup FILE"},
+    {"db verify",             "trammel db backup FILE",                         "trammel db backup FILE"},
+    {"db backup",             "trammel db verify --db FILE",                    ""},
+    {"db migrate",            "trammel db verify",                              ""},
+    {"man",                   "trammel man | man -l -",                         ""},
+    // clang-format on
+});
+
+/// The words of the command without "trammel", and of its noun alone.
+const Row* row_of(const CLI::App& command) {
+  std::string name = full_name(command).substr(full_name(command).find(' ') + 1);
+  const auto find = [&name] {
+    return std::ranges::find_if(kRows, [&name](const Row& row) { return row.command == name; });
+  };
+  auto row = find();
+  if (row == kRows.end()) {
+    name = name.substr(0, name.find(' '));
+    row = find();
+  }
+  return row == kRows.end() ? nullptr : &*row;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string line = "trammel";
+  for (const std::string& word : words) line += " " + shell_word(word);
+  return line;
+}
+
+/// The row's line with the values of this one in the place of their names.
+std::string filled(const std::string& line, const CLI::App& command) {
+  std::string out;
+  for (std::size_t at = 0; at < line.size();) {
+    const std::size_t end = std::min(line.find(' ', at), line.size());
+    std::string word = line.substr(at, end - at);
+    for (const CLI::Option* option : command.get_options()) {
+      if (word != value_name(*option) || option->results().empty()) continue;
+      word = shell_word(option->results().front());
+      break;
+    }
+    out += (out.empty() ? "" : " ") + word;
+    at = end + 1;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string next_step(const CLI::App& app, const std::vector<std::string>& words, ExitCode code) {
+  const CLI::App& command = chosen_command(app);
+  if (code == ExitCode::ok && std::ranges::find(words, "--dry-run") != words.end()) {
+    std::vector<std::string> same = words;
+    std::erase(same, "--dry-run");
+    return joined(same);
+  }
+  const Row* row = row_of(command);
+  if (row == nullptr) return "";
+  return filled(code == ExitCode::ok ? row->after_ok : row->after_failure, command);
+}
+
+std::string next_step_after_error(const CLI::App& app, const std::vector<std::string>& words,
+                                  ExitCode code, bool of_database) {
+  const CLI::App& command = chosen_command(app);
+  const std::string again = joined(words);
+  switch (code) {
+    case ExitCode::usage:
+      return full_name(command) + " --help";
+    case ExitCode::not_found:
+      return of_database ? "trammel campaign list" : "name what is there, then: " + again;
+    case ExitCode::invalid_data:
+      return "mend it, then: " + again;
+    case ExitCode::safety_stop:
+      return "look at the machine, then: " + again;
+    case ExitCode::device:
+      return "see to power, cable and address, then: " + again;
+    case ExitCode::storage:
+      return "trammel db check";
+    default:
+      return again;
+  }
+}
+
+}  // namespace trammel::cli
