@@ -140,9 +140,9 @@ ExitCode run_campaign_list(const CampaignListOptions&, Context& context) {
                std::to_string(row.n_readings), std::to_string(row.n_exclusions),
                row.created_utc.substr(0, 10)});
   }
-  context.next(all.empty()
-                   ? "trammel campaign import FOLDER"
-                   : "trammel campaign show " + shell_word(all.back()["name"].get<std::string>()));
+  const std::string next =
+      all.empty() ? "trammel campaign import FOLDER"
+                  : "trammel campaign show " + shell_word(all.back()["name"].get<std::string>());
   if (context.json) {
     context.print("campaign-list", {{"campaigns", std::move(all)}});
   } else if (all.empty()) {
@@ -150,6 +150,7 @@ ExitCode run_campaign_list(const CampaignListOptions&, Context& context) {
   } else {
     context.print(table.text());
   }
+  context.next(next);
   return ExitCode::ok;
 }
 

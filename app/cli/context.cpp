@@ -11,7 +11,9 @@ namespace trammel::cli {
 
 namespace {
 
+/// Data first where both go to one place.
 void write(std::FILE* to, std::string_view text) {
+  if (to == stderr) std::fflush(stdout);
   std::fwrite(text.data(), 1, text.size(), to);
   if (text.empty() || text.back() != '\n') std::fputc('\n', to);
 }

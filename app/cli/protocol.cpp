@@ -169,8 +169,7 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   }
   const report::Report found = report_of(protocol.name, context);
   const Json json = report::to_json(found);
-  const std::string text = report::to_text(found, glyphs());
-  write_file_atomically(folder / "report.txt", text);
+  write_file_atomically(folder / "report.txt", report::to_text(found, {.glyphs = page().glyphs}));
   Json file = {{"schema", "trammel/report/1"}};
   file.update(json);
   write_file_atomically(folder / "report.json", file.dump(2) + "\n");
@@ -178,7 +177,7 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
     context.print("demo",
                   {{"database", context.db()}, {"folder", folder.string()}, {"report", json}});
   } else {
-    context.print(with_bold_headings(text));
+    context.print(with_bold_headings(report::to_text(found, page())));
   }
   context.say(fmt::format("database {}, report {} and {}", printable(context.db()),
                           (folder / "report.txt").string(), (folder / "report.json").string()));

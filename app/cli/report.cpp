@@ -22,21 +22,25 @@ std::string with_bold_headings(const std::string& text) {
   return out;
 }
 
-report::Glyphs glyphs() { return utf8_wanted() ? report::Glyphs::blocks : report::Glyphs::ascii; }
+report::Page page() {
+  constexpr std::size_t kWide = 102;  // columns that whole tables take
+  return {.glyphs = utf8_wanted() ? report::Glyphs::blocks : report::Glyphs::ascii,
+          .narrow = terminal_columns().value_or(kWide) < kWide};
+}
 
 void print_report(const std::string& campaign, const Context& context) {
   store::Connection connection = store::open(context.db(), store::Access::read_only);
   const report::Report found =
       report::gather(connection, store::require_campaign(connection, campaign));
+  if (context.json) {
+    context.print("report", report::to_json(found));
+  } else {
+    context.print(with_bold_headings(report::to_text(found, page())));
+  }
   const std::string name = shell_word(found.campaign);
   context.next(found.jobs.empty()    ? "trammel calibrate lsq " + name
                : found.story.empty() ? "trammel diagnose " + name
                                      : "trammel assess " + name);
-  if (context.json) {
-    context.print("report", report::to_json(found));
-  } else {
-    context.print(with_bold_headings(report::to_text(found, glyphs())));
-  }
 }
 
 ExitCode run_report(const ReportOptions& options, Context& context) {

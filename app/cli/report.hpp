@@ -18,8 +18,8 @@ ExitCode run_report(const ReportOptions& options, Context& context);
 /// `text` with its underlined headings bold, on a terminal that may be coloured.
 std::string with_bold_headings(const std::string& text);
 
-/// What this terminal's pictures are drawn with.
-report::Glyphs glyphs();
+/// What stdout is: a terminal of some width, or a file.
+report::Page page();
 
 /// Prints the report of a campaign, as text or JSON.
 void print_report(const std::string& campaign, const Context& context);

@@ -19,7 +19,7 @@ constexpr int kEighths = 8;
 constexpr int kMostCells = 17;  // across one map: two maps of them fit 100 columns
 constexpr int kBarColumns = 60;
 constexpr double kRounding = 1e-9;  // a share of just so many eighths is not one more
-constexpr double kSame_mm = 1e-6;  // coordinates that differ by less are one
+constexpr double kSame_mm = 1e-6;   // coordinates that differ by less are one
 
 using Levels = std::array<const char*, kEighths>;
 constexpr Levels kHeights = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
@@ -97,7 +97,8 @@ std::string half_row(const Grid& grid, int row, double Cell::*side, Glyphs glyph
       continue;
     }
     const double share = grid.largest > 0 ? at->second.*side / grid.largest : 0;
-    const int eighth = std::clamp(static_cast<int>(std::ceil(kEighths * share - kRounding)), 1, kEighths);
+    const int eighth =
+        std::clamp(static_cast<int>(std::ceil(kEighths * share - kRounding)), 1, kEighths);
     text += std::string(levels(glyphs)[static_cast<std::size_t>(eighth - 1)]) + " ";
   }
   return text;

@@ -11,8 +11,14 @@ namespace trammel::report {
 /// The fields of "trammel/report/1".
 nlohmann::ordered_json to_json(const Report& report);
 
-/// For a person at a terminal, tables at most 110 columns wide; pictures drawn with `glyphs`.
-std::string to_text(const Report& report, Glyphs glyphs);
+/// What a text is written on.
+struct Page {
+  Glyphs glyphs = Glyphs::blocks;
+  bool narrow = false;  // of 80 columns: tables of errors have mean and maximum alone
+};
+
+/// For a person: tables at most 110 columns wide, on a narrow page most at most 80.
+std::string to_text(const Report& report, const Page& page);
 
 /// The table a reader wants first: held-out before in-sample, position, the smallest error left;
 /// none before the first calibration.

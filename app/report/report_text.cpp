@@ -28,48 +28,53 @@ std::string percent(const std::optional<double>& value) {
 }
 
 // Errors to a tenth of a micrometre and of a millidegree: a tracker reads 10 and 4 of them.
-std::string error_columns(const Summary& s) {
+std::string error_columns(const Summary& s, bool narrow) {
+  if (narrow) return fmt::format("{:7.4f} {:7.4f}", s.mean, s.max);
   return fmt::format("{:7.4f} {:7.4f} {:7.4f} {:7.4f}", s.mean, s.max, s.min, s.p95);
 }
 
 std::string row(const std::string& label, const std::string& set, const std::string& n,
-                const std::string& before, const std::string& after, const std::string& better) {
-  std::string line = fmt::format("{:<15} {:<12} {:>4}  {:<31}  {:<31} {:>9}", label, set, n, before,
-                                 after, better);
+                const std::string& before, const std::string& after, const std::string& better,
+                bool narrow) {
+  const int width = narrow ? 15 : 31;
+  std::string line = fmt::format("{:<15} {:<12} {:>4}  {:<{}}  {:<{}} {:>9}", label, set, n, before,
+                                 width, after, width, better);
   line.erase(line.find_last_not_of(' ') + 1);
   return line + "\n";
 }
 
-std::string paper_row(const PaperFigures& paper) {
-  const auto columns = [](double mean, double max, double min) {
+std::string paper_row(const PaperFigures& paper, bool narrow) {
+  const auto columns = [narrow](double mean, double max, double min) {
+    if (narrow) return fmt::format("{:7.4f} {:7.4f}", mean, max);
     return fmt::format("{:7.4f} {:7.4f} {:7.4f}", mean, max, min);
   };
   return row("  paper, " + paper.table, paper.in_sample ? "in-sample" : "held-out", "",
              columns(paper.before_mean, paper.before_max, paper.before_min),
              columns(paper.after_mean, paper.after_max, paper.after_min),
-             percent(100 * (1 - paper.after_mean / paper.before_mean)));
+             percent(100 * (1 - paper.after_mean / paper.before_mean)), narrow);
 }
 
-std::string figure_tables(const Report& report, const std::string& figure) {
+std::string figure_tables(const Report& report, const std::string& figure, bool narrow) {
   std::string text;
-  const std::string numbers = fmt::format("{:>7} {:>7} {:>7} {:>7}", "mean", "max", "min", "p95");
+  const std::string numbers = fmt::format("{:>7} {:>7}", "mean", "max") +
+                              (narrow ? "" : fmt::format(" {:>7} {:>7}", "min", "p95"));
   for (const ErrorTable& table : report.tables) {
     if (table.figure != figure) continue;
     if (text.empty()) {
       text = heading(
           fmt::format("{} error [{}]", figure == "position" ? "Position" : "Attitude", table.unit));
-      text += row("", "", "", "before", "after", "");
-      text += row("method", "judged", "n", numbers, numbers, "change");
+      text += row("", "", "", "before", "after", "", narrow);
+      text += row("method", "judged", "n", numbers, numbers, "change", narrow);
     }
     text += row(table.method + (table.after_predicted ? " *" : ""),
                 table.in_sample ? "in-sample" : "held-out", std::to_string(table.before.n),
-                error_columns(table.before), error_columns(table.after),
-                percent(improvement_pct(table.before, table.after)));
-    if (table.paper) text += paper_row(*table.paper);
+                error_columns(table.before, narrow), error_columns(table.after, narrow),
+                percent(improvement_pct(table.before, table.after)), narrow);
+    if (table.paper) text += paper_row(*table.paper, narrow);
   }
   const auto& floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
   if (!text.empty() && floor) {
-    text += row("noise floor", "", "", "", fmt::format("{:7.4f}", *floor), "");
+    text += row("noise floor", "", "", "", fmt::format("{:7.4f}", *floor), "", narrow);
   }
   return text;
 }
@@ -268,13 +273,15 @@ std::string verdict(const Report& report) {
           : "");
 }
 
-std::string to_text(const Report& report, Glyphs glyphs) {
+std::string to_text(const Report& report, const Page& page) {
   std::string text = "Campaign " + printable(report.campaign) +
                      fmt::format(": {}{}, {} readings", report.simulated ? "SIMULATED" : "real",
                                  report.imported ? ", imported" : "", report.n_readings);
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
-  text += "\n" + report.mechanism + "\n\n" + wrapped(verdict(report)) + pictures(report, glyphs);
-  text += figure_tables(report, "position") + figure_tables(report, "attitude");
+  text +=
+      "\n" + report.mechanism + "\n\n" + wrapped(verdict(report)) + pictures(report, page.glyphs);
+  text += figure_tables(report, "position", page.narrow) +
+          figure_tables(report, "attitude", page.narrow);
   if (!report.tables.empty()) text += notes(report) + demand_text(report);
   if (report.contest) text += contest_text(*report.contest);
   if (report.circles) text += circles_text(*report.circles);

@@ -447,7 +447,11 @@ TEST_CASE("on a narrow terminal no line is too long and no number is cut", "[cli
     const Words with_db = Laboratory::with_db(words, {"--quiet"});
     const std::string narrow =
         tests::run_on_terminal(with_db, laboratory().path(), false, kColumns);
-    CHECK(printed_words(narrow) == printed_words(run_program(with_db, laboratory().path()).out));
+    const Words whole = printed_words(run_program(with_db, laboratory().path()).out);
+    for (const std::string& word : printed_words(narrow)) {
+      CAPTURE(word);
+      CHECK(std::find(whole.begin(), whole.end(), word) != whole.end());
+    }
     std::istringstream in(narrow);
     for (std::string line; std::getline(in, line);) {
       CAPTURE(line);
