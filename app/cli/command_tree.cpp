@@ -74,7 +74,7 @@ std::string value_name(const CLI::Option& option) {
   if (type == "FLOAT") return "NUMBER";
   if (type == "INT" || type == "UINT") return "N";
   if (!type.empty() && type != "TEXT") return type;
-  return option.get_positional() ? upper(option.get_name(true)) : "TEXT";
+  return upper(option.get_positional() ? option.get_name(true) : option.get_lnames().front());
 }
 
 std::vector<std::string> choices_of(const CLI::Option& option) {

@@ -86,7 +86,6 @@ class Help final : public CLI::Formatter {
 std::shared_ptr<CLI::Formatter> help_formatter() {
   auto help = std::make_shared<Help>();
   help->label("SUBCOMMAND", "COMMAND");
-  help->label("Subcommands", "Commands");
   help->label("Positionals", "Arguments");
   return help;
 }

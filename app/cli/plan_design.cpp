@@ -59,7 +59,8 @@ void design_options(CLI::App& c, DesignOptions& o) {
   c.add_option("--sigma-phi", o.sigma_phi_deg, "of one tracker reading, deg")
       ->capture_default_str();
   c.add_option("--effects", o.effects, "to identify beside the geometry, with commas")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->type_name("EFFECT");
 }
 
 PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignOptions& options) {

@@ -294,7 +294,7 @@ TEST_CASE("every command that can change anything has --dry-run, which changes n
     CHECK(done.err.find('\x1b') == std::string::npos);
     // What to do next, once; --json has data alone.
     const auto next = done.err.find("next: ");
-    CHECK(next != std::string::npos);
+    CHECK((next != std::string::npos || command.name() == "complete"));  // that one is for shells
     CHECK(done.err.find("next: ", next + 1) == std::string::npos);
     words.insert(std::find(words.begin(), words.end(), "--"), "--json");
     const Finished json = run(command, words);
