@@ -10,6 +10,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
+using Catch::Matchers::StartsWith;
 using namespace trammel;
 using namespace trammel::cli;
 using tests::Finished;

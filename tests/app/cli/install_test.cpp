@@ -7,6 +7,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
+using Catch::Matchers::StartsWith;
 using namespace trammel;
 using tests::Finished;
 using tests::run_command;

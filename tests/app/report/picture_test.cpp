@@ -9,6 +9,8 @@
 
 #include <sstream>
 
+using Catch::Matchers::EndsWith;
+using Catch::Matchers::StartsWith;
 using namespace trammel;
 using namespace trammel::report;
 
