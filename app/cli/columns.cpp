@@ -22,7 +22,7 @@ std::string_view environment(const char* name) {
 
 std::string folded_line(std::string_view line, std::size_t columns) {
   const std::size_t begins = std::min(line.find_first_not_of(' '), line.size());
-  const std::string indent(std::min(begins + kFoldIndent, columns / 2), ' ');
+  const std::string indent(std::min(begins + kFoldIndent, columns / 4), ' ');
   std::string out;
   std::size_t used = 0;
   while (!line.empty()) {  // a word with the blanks before it

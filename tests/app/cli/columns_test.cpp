@@ -43,7 +43,7 @@ TEST_CASE("a long line goes on in the next, broken at blanks alone", "[cli]") {
     for (const std::string& line : lines_of(narrow)) CHECK(columns_of(line) <= columns);
   }
   CHECK(folded(text, 62) == text);
-  CHECK(folded("  a bb ccc dddd", 9) == "  a bb\n    ccc\n    dddd");
+  CHECK(folded("  a bb ccc dddd", 9) == "  a bb\n  ccc\n  dddd");
   // What has no blank stays whole.
   CHECK(folded("SHA-256: 0123456789abcdef0123456789abcdef", 20) ==
         "SHA-256:\n    0123456789abcdef0123456789abcdef");
