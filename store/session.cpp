@@ -18,6 +18,7 @@ constexpr const char* kSessionRows =
     "  WHERE point.session_id = session.session_id AND status = 'ok'), "
     "(SELECT count(*) FROM reading WHERE reading.session_id = session.session_id), "
     "coalesce((SELECT kind FROM session_event WHERE session_event.session_id = session.session_id "
+    "  AND kind IN ('started', 'paused', 'resumed', 'stopped', 'faulted', 'done') "
     "  ORDER BY event_id DESC LIMIT 1), '') "
     "FROM session ";
 
@@ -81,6 +82,14 @@ void close_attempt(Connection& connection, Id attempt_id, const char* status,
          << attempt_id;
   update.run();
   seal(connection, "attempt", attempt_id);
+}
+
+Id session_of(Connection& connection, Id attempt_id) {
+  Statement row(connection,
+                "SELECT session_id FROM attempt JOIN epoch USING (epoch_id) WHERE attempt_id = ?");
+  row << attempt_id;
+  if (!row.step()) throw NotFoundError({.what = "no such attempt"});
+  return row.integer(0);
 }
 
 }  // namespace
@@ -192,7 +201,7 @@ Id begin_attempt(Connection& connection, Id session_id, int point_seq, Id epoch_
 }
 
 std::vector<int> finish_attempt(Connection& connection, Id attempt_id,
-                                const std::vector<NewReading>& readings) {
+                                const std::vector<NewReading>& readings, std::string_view walk) {
   if (readings.empty()) throw InputError({.what = "an attempt without a reading is not ok"});
   Transaction transaction(connection);
   Statement of(connection,
@@ -206,15 +215,19 @@ std::vector<int> finish_attempt(Connection& connection, Id attempt_id,
     reading.reading.conditions.epoch = static_cast<int>(of.integer(2));
     seqs.push_back(writer.add(reading, of.integer(1), attempt_id));
   }
+  const Id session_id = of.integer(1);
   of.reset();
   close_attempt(connection, attempt_id, "ok", readings.size(), "");
+  if (!walk.empty()) add_event(connection, session_id, "walk", walk);
   transaction.commit();
   return seqs;
 }
 
-void fail_attempt(Connection& connection, Id attempt_id, std::string_view detail) {
+void fail_attempt(Connection& connection, Id attempt_id, std::string_view detail,
+                  std::string_view walk) {
   Transaction transaction(connection);
   close_attempt(connection, attempt_id, "failed", 0, detail);
+  if (!walk.empty()) add_event(connection, session_of(connection, attempt_id), "walk", walk);
   transaction.commit();
 }
 
@@ -234,34 +247,39 @@ std::vector<Attempt> attempts(Connection& connection, Id session_id) {
   std::vector<Attempt> all;
   Statement rows(connection,
                  "SELECT attempt_id, point.seq, attempt.number, epoch.number, status, n_readings, "
-                 "detail, attempt.opened_utc FROM attempt JOIN point USING (point_id) JOIN epoch "
+                 "detail, attempt.opened_utc, coalesce(closed_utc, '') FROM attempt JOIN point "
+                 "USING (point_id) JOIN epoch "
                  "USING (epoch_id) WHERE point.session_id = ? ORDER BY attempt_id");
   rows << session_id;
   const auto integer = [&](int column) { return static_cast<int>(rows.integer(column)); };
   while (rows.step()) {
     all.push_back({rows.integer(0), integer(1), integer(2), integer(3), rows.text(4), integer(5),
-                   rows.text(6), rows.text(7)});
+                   rows.text(6), rows.text(7), rows.text(8)});
   }
   return all;
 }
 
-void add_event(Connection& connection, Id session_id, std::string_view kind,
-               std::string_view detail) {
+Id add_event(Connection& connection, Id session_id, std::string_view kind,
+             std::string_view detail) {
   Transaction transaction(connection);
   Statement insert(connection,
                    "INSERT INTO session_event (session_id, kind, detail, at_utc) VALUES (?,?,?,?)");
   insert << session_id << kind << detail.substr(0, 10'000) << utc_now();
-  seal(connection, "session_event", insert.run());
+  const Id id = insert.run();
+  seal(connection, "session_event", id);
   transaction.commit();
+  return id;
 }
 
-std::vector<Event> events(Connection& connection, Id session_id) {
+std::vector<Event> events(Connection& connection, Id session_id, Id after) {
   std::vector<Event> all;
   Statement rows(connection,
-                 "SELECT kind, detail, at_utc FROM session_event WHERE session_id = ? ORDER BY "
-                 "event_id");
-  rows << session_id;
-  while (rows.step()) all.push_back({rows.text(0), rows.text(1), rows.text(2)});
+                 "SELECT event_id, kind, detail, at_utc FROM session_event WHERE session_id = ? "
+                 "AND event_id > ? ORDER BY event_id");
+  rows << session_id << after;
+  while (rows.step()) {
+    all.push_back({rows.integer(0), rows.text(1), rows.text(2), rows.text(3)});
+  }
   return all;
 }
 

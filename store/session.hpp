@@ -52,7 +52,7 @@ struct SessionRow {
   int n_points = 0;
   int n_ok = 0;  // points with an ok attempt
   int n_readings = 0;
-  std::string last_event;  // "" when there is none
+  std::string last_event;  // started, paused, resumed, stopped, faulted, done; "": none of them
 };
 std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id);
 std::optional<SessionRow> find_session(Connection& connection, Id campaign_id,
@@ -79,13 +79,16 @@ std::vector<Epoch> epochs(Connection& connection, Id session_id);
 Id begin_attempt(Connection& connection, Id session_id, int point_seq, Id epoch_id);
 
 /// Readings and attempt = ok in one transaction; returns the readings' seq. Each reading gets the
-/// attempt's epoch. Stored when this has returned.
+/// attempt's epoch. Stored when this has returned. `walk`, how the runner came there, is an event
+/// of the same transaction.
 /// @throws InputError  no reading, or one with a number out of bounds; nothing is stored
 std::vector<int> finish_attempt(Connection& connection, Id attempt_id,
-                                const std::vector<NewReading>& readings);
+                                const std::vector<NewReading>& readings,
+                                std::string_view walk = {});
 
 /// A failed attempt is a stored row.
-void fail_attempt(Connection& connection, Id attempt_id, std::string_view detail);
+void fail_attempt(Connection& connection, Id attempt_id, std::string_view detail,
+                  std::string_view walk = {});
 
 /// Closes the attempts a dead runner left open, as interrupted. Returns how many.
 int interrupt_open_attempts(Connection& connection, Id session_id, std::string_view detail);
@@ -99,17 +102,21 @@ struct Attempt {
   int n_readings = 0;
   std::string detail;
   std::string opened_utc;
+  std::string closed_utc;  // "" while it is open
 };
 std::vector<Attempt> attempts(Connection& connection, Id session_id);
 
-/// The session's log: started, paused, resumed, stopped, faulted, done.
-void add_event(Connection& connection, Id session_id, std::string_view kind,
-               std::string_view detail = "");
+/// The session's log: started, paused, resumed, stopped, faulted, done; what a runner passed
+/// through and what is asked of it (app/session/README.md).
+Id add_event(Connection& connection, Id session_id, std::string_view kind,
+             std::string_view detail = "");
 struct Event {
+  Id id = 0;
   std::string kind;
   std::string detail;
   std::string at_utc;
 };
-std::vector<Event> events(Connection& connection, Id session_id);
+/// In order; those after event `after`.
+std::vector<Event> events(Connection& connection, Id session_id, Id after = 0);
 
 }  // namespace trammel::store

@@ -19,6 +19,7 @@
 #include "app/cli/reading.hpp"
 #include "app/cli/report.hpp"
 #include "app/cli/session.hpp"
+#include "app/cli/session_control.hpp"
 
 namespace trammel::cli {
 
@@ -30,6 +31,7 @@ const std::vector<Setup>& commands() {
       setup_protocol,
       setup_plan,
       setup_session,
+      setup_session_control,
       setup_campaign,
       setup_campaign_exchange,
       setup_reading,

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "app/cli/approach.hpp"
+#include "app/cli/margins.hpp"
 #include "app/cli/plan_design.hpp"
 #include "app/exchange/files.hpp"
 #include "app/exchange/mechanism_json.hpp"
@@ -15,6 +16,7 @@
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/session/plan_json.hpp"
+#include "app/session/plan_record.hpp"
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
 #include "store/open.hpp"
@@ -63,6 +65,8 @@ struct FileOptions {
   CheckOptions check;
   bool identifiability = false;
   DesignOptions design;
+  std::string record;  // file to write
+  bool dry_run = false;
 };
 
 Mechanism mechanism_of(const std::string& file) {
@@ -243,9 +247,13 @@ ExitCode run_check(const FileOptions& options, Context& context) {
   const auto violations = check(plan, mechanism, options.check);
   std::optional<PlanDesign> design;
   if (options.identifiability) design = design_of(plan, mechanism, options.design);
+  const bool records = !options.record.empty() && violations.empty() && !options.dry_run;
+  if (records) session::write_plan_record(options.record, plan, mechanism, options.check);
   if (context.json) {
     Json fields = {{"plan", plan.name},
                    {"n_points", plan.points.size()},
+                   {"plan_sha256", session::plan_sha256(plan, mechanism)},
+                   {"recorded", records},
                    {"safe", violations.empty()},
                    {"violations", session::violations_json(violations)}};
     if (design) fields["identifiability"] = design_json(*design);
@@ -334,10 +342,14 @@ void setup_plan(CLI::App& app, Context& context) {
   checked.add_option("plan", options->file, "file, or the name of a grid")->required();
   checked.add_option("--mechanism", options->mechanism, "mechanism file (the paper's)")
       ->type_name("FILE");
-  checked.add_option("--limit-margin", options->check.limit_margin_mm, "free stroke, mm")
+  margin_options(checked, options->check);
+  checked.add_option("--speed", options->check.speed_mm_s, "of the fastest rail, mm/s")
       ->capture_default_str();
-  checked.add_option("--singularity-margin", options->check.singularity_margin, "0 to 1")
-      ->capture_default_str();
+  checked
+      .add_option("--record", options->record,
+                  "write that the plan is safe, for `session run --plan-check`")
+      ->type_name("FILE");
+  checked.add_flag("--dry-run", options->dry_run, "check, write no record");
   checked.add_flag("--identifiability", options->identifiability,
                    "say what the readings will tell: rank, what stays unknown, uncertainty");
   design_options(checked, options->design);

@@ -1,19 +1,17 @@
 #include "app/cli/session.hpp"
 
 #include <fmt/format.h>
-#include <signal.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
-
-#include "app/cli/table.hpp"
+#include "app/cli/margins.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/session/lock.hpp"
 #include "app/session/plan_json.hpp"
+#include "app/session/progress.hpp"
 #include "app/session/session.hpp"
 #include "app/session/stop_signal.hpp"
+#include "app/session/wishes.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 
@@ -26,13 +24,13 @@ struct RunOptions {
   std::string plan;
   std::string set;
   std::string compensate;
+  std::vector<double> band_degc;  // low, high
   bool dry_run = false;
 };
 
 struct NamedOptions {
   std::string campaign;
   std::string session;
-  bool now = false;
   bool dry_run = false;
 };
 
@@ -61,17 +59,29 @@ ExitCode report(const session::Outcome& outcome, const std::string& verb, const 
     if (!outcome.violations.empty()) {
       fields["violations"] = session::violations_json(outcome.violations);
     }
+    if (!outcome.missing.empty()) fields["missing"] = outcome.missing;
+    if (!outcome.plan_sha256.empty()) {
+      fields["estimated_s"] = outcome.estimated_s;
+      fields["plan_sha256"] = outcome.plan_sha256;
+    }
     context.print("session-" + verb, fields);
     return code;
   }
   std::string text;
   for (const Violation& v : outcome.violations) text += describe(v) + "\n";
+  for (const std::string& what : outcome.missing) text += "missing: " + printable(what) + "\n";
   text += fmt::format("{}: {}, {} of {} points stored", printable(name),
                       session::name_of(outcome.state), outcome.n_before + outcome.n_stored,
                       outcome.n_points);
   if (!outcome.detail.empty()) text += "; " + printable(outcome.detail);
   context.print(text);
   return code;
+}
+
+void say_duration(const session::Outcome& outcome, const Context& context) {
+  if (outcome.refused()) return;
+  context.say(fmt::format("{} points, estimated {} (h:mm:ss)", outcome.n_points - outcome.n_before,
+                          session::clock_text(outcome.estimated_s)));
 }
 
 Correction dry_correction(const RunOptions& options, const Context& context) {
@@ -84,6 +94,10 @@ Correction dry_correction(const RunOptions& options, const Context& context) {
 ExitCode run_run(const RunOptions& options, Context& context) {
   session::Request request = options.request;
   request.plan = session::plan_of(options.plan);
+  if (!options.band_degc.empty()) {
+    request.policy.low_degc = options.band_degc[0];
+    request.policy.high_degc = options.band_degc[1];
+  }
   if (request.session.empty()) request.session = request.plan.name;
   if (!options.set.empty()) {
     for (PlannedPoint& point : request.plan.points) {
@@ -93,11 +107,13 @@ ExitCode run_run(const RunOptions& options, Context& context) {
   if (options.dry_run) {
     const session::Outcome outcome = session::dry_run(request, dry_correction(options, context));
     context.say("dry run: nothing is stored and nothing moves");
+    say_duration(outcome, context);
     return report(outcome, "run", request.session, context);
   }
   if (options.compensate.empty()) {  // a bad plan or robot leaves no database behind
     const session::Outcome looked = session::dry_run(request, NominalCorrection{});
-    if (!looked.violations.empty()) return report(looked, "run", request.session, context);
+    if (looked.refused()) return report(looked, "run", request.session, context);
+    say_duration(looked, context);
   }
   store::Connection db = store::open(
       context.db(), options.compensate.empty() ? store::Access::create : store::Access::write);
@@ -135,85 +151,57 @@ std::string session_to_resume(store::Connection& db, const NamedOptions& options
   return last;
 }
 
+/// A runner that is paused is asked to go on; it sets up anew itself.
+std::optional<session::Outcome> goes_on(store::Connection& db, const std::string& campaign,
+                                        const std::string& name) {
+  const store::CampaignRow owner = store::require_campaign(db, campaign);
+  const auto process = session::CampaignLock::holder(db.file(), owner.uuid);
+  const auto row = store::find_session(db, owner.id, name);
+  if (!process || !row || row->last_event != "paused") return std::nullopt;
+  session::ask(db, row->id, session::Wish::go_on);
+  return session::Outcome{.state = session::State::paused,
+                          .session_id = row->id,
+                          .n_points = row->n_points,
+                          .n_before = row->n_ok,
+                          .detail = fmt::format("process {} is asked to go on", *process)};
+}
+
 ExitCode run_resume(const NamedOptions& options, Context& context) {
   store::Connection db =
       store::open(context.db(), options.dry_run ? store::Access::read_only : store::Access::write);
   const std::string name = session_to_resume(db, options);
   if (options.dry_run) {
     context.say("dry run: nothing is stored and nothing moves");
-    return report(session::dry_resume(db, options.campaign, name), "resume", name, context);
+    const session::Outcome outcome = session::dry_resume(db, options.campaign, name);
+    say_duration(outcome, context);
+    return report(outcome, "resume", name, context);
+  }
+  if (const auto told = goes_on(db, options.campaign, name)) {
+    return report(*told, "resume", name, context);
   }
   return report(session::resume(db, options.campaign, name, surroundings(context)), "resume", name,
                 context);
 }
 
-const char* state_of(const store::SessionRow& row, bool running) {
-  if (row.last_event == "done") return "done";
-  if (row.n_points == 0) return "imported";
-  if (row.plan_name == "reference points") return "reference";
-  if (running) return "running";
-  return row.last_event == "stopped" || row.last_event == "faulted" ? row.last_event.c_str()
-                                                                    : "interrupted";
-}
-
-ExitCode run_status(const NamedOptions& options, Context& context) {
-  store::Connection db = store::open(context.db(), store::Access::read_only);
-  const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
-  const auto holder = session::CampaignLock::holder(db.file(), campaign.uuid);
-  const auto sessions = store::list_sessions(db, campaign.id);
-  Json rows = Json::array();
-  Table table({"session", "state", "points", "readings"});
-  bool unfinished = false;
-  for (const store::SessionRow& row : sessions) {
-    const std::string state = state_of(row, holder && row.id == sessions.back().id);
-    rows.push_back({{"name", row.name},
-                    {"state", state},
-                    {"plan", row.plan_name},
-                    {"n_points", row.n_points},
-                    {"n_ok", row.n_ok},
-                    {"n_readings", row.n_readings},
-                    {"compensated", row.compensation_job.has_value()}});
-    unfinished = unfinished || state == "stopped" || state == "faulted" || state == "interrupted";
-    table.add({row.name, state, fmt::format("{}/{}", row.n_ok, row.n_points),
-               std::to_string(row.n_readings)});
-  }
-  Json fields = {{"campaign", campaign.name}, {"running", holder.has_value()}, {"sessions", rows}};
-  if (holder) fields["process"] = *holder;
-  const std::string now =
-      holder ? fmt::format("measured now by process {}\n", *holder) : std::string();
-  context.json ? context.print("session-status", fields) : context.print(table.text() + now);
-  context.next((holder       ? "trammel session stop "
-                : unfinished ? "trammel session resume "
-                             : "trammel report ") +
-               shell_word(campaign.name));
-  return ExitCode::ok;
-}
-
-ExitCode run_stop(const NamedOptions& options, Context& context) {
-  store::Connection db = store::open(context.db(), store::Access::read_only);
-  const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
-  const auto holder = session::CampaignLock::holder(db.file(), campaign.uuid);
-  if (!holder || *holder <= 0) {
-    throw NotFoundError({.what = "no process measures this campaign",
-                         .where = {.field = "campaign"},
-                         .got = options.campaign});
-  }
-  const int signals = options.dry_run ? 0 : options.now ? 2 : 1;
-  for (int k = 0; k < signals; ++k) {
-    if (::kill(*holder, k == 0 ? SIGINT : SIGTERM) != 0) {
-      throw Error(ExitCode::error,
-                  {.what = "the runner cannot be told to stop", .got = std::strerror(errno)});
-    }
-  }
-  if (context.json) {
-    context.print("session-stop",
-                  {{"process", *holder}, {"now", options.now}, {"dry_run", options.dry_run}});
-  } else {
-    context.print(fmt::format("process {} {} told to {}", *holder,
-                              options.dry_run ? "would be" : "was",
-                              options.now ? "stop now" : "finish the point and stop"));
-  }
-  return ExitCode::ok;
+void policy_options(CLI::App& c, RunOptions& o) {
+  session::Policy& policy = o.request.policy;
+  c.add_option("--plan-check", o.request.plan_check,
+               "record of `plan check --record`: asked for by a real stage")
+      ->type_name("FILE");
+  c.add_option("--gate-mm", policy.gate_mm,
+               "stop where measured and commanded are farther apart, mm")
+      ->capture_default_str();
+  c.add_option("--temperature", o.band_degc, "LOW HIGH in degC: outside, measuring is suspended")
+      ->expected(2);
+  c.add_option("--hysteresis-k", policy.hysteresis_k, "K inside the band before it goes on")
+      ->capture_default_str();
+  c.add_option("--reference-every", policy.reference_every,
+               "points between two visits of the reference points (0: at a resume only)")
+      ->capture_default_str();
+  c.add_option("--drift-mm", policy.drift_mm, "of a reference point: beyond, it is suspended, mm")
+      ->capture_default_str();
+  c.add_option("--patience-s", policy.patience_s, "how long bad conditions are waited out, s")
+      ->capture_default_str();
 }
 
 void setup_run(CLI::App& session, Context& context) {
@@ -234,10 +222,8 @@ void setup_run(CLI::App& session, Context& context) {
       ->check(CLI::IsMember(std::vector<std::string>{"identify", "validate"}));
   c.add_flag("--new-set-up", o->request.new_set_up, "homed and framed anew: an epoch of its own");
   c.add_flag("--dry-run", o->dry_run, "check everything, store and move nothing");
-  c.add_option("--limit-margin", o->request.check.limit_margin_mm, "free stroke, mm")
-      ->capture_default_str();
-  c.add_option("--singularity-margin", o->request.check.singularity_margin, "0 to 1")
-      ->capture_default_str();
+  margin_options(c, o->request.check);
+  policy_options(c, *o);
   on_run(c, context, o, run_run);
 }
 
@@ -246,23 +232,13 @@ void setup_run(CLI::App& session, Context& context) {
 void setup_session(CLI::App& app, Context& context) {
   CLI::App& session = noun(app, "session", "Measure a plan, and go on after any interruption");
   setup_run(session, context);
-  const auto verb = [&](const char* name, const char* what,
-                        ExitCode (*run)(const NamedOptions&, Context&)) {
-    CLI::App& command = *session.add_subcommand(name, what);
-    auto options = std::make_shared<NamedOptions>();
-    command.add_option("campaign", options->campaign, "name or uuid")->required();
-    on_run(command, context, options, run);
-    return std::pair<CLI::App*, NamedOptions*>(&command, options.get());
-  };
-  const auto resume = verb("resume", "Measure what is left of a session", run_resume);
-  resume.first->add_option("--session", resume.second->session, "(the last that is not done)")
-      ->type_name("SESSION");
-  resume.first->add_flag("--dry-run", resume.second->dry_run,
-                         "say what is left and check it, store and move nothing");
-  verb("status", "Sessions of a campaign, and who measures now", run_status);
-  const auto stop = verb("stop", "Tell the runner to stop after the point", run_stop);
-  stop.first->add_flag("--now", stop.second->now, "at once");
-  stop.first->add_flag("--dry-run", stop.second->dry_run, "say which process, tell it nothing");
+  CLI::App& resume = *session.add_subcommand(
+      "resume", "Measure what is left of a session, or go on where it is paused");
+  auto o = std::make_shared<NamedOptions>();
+  resume.add_option("campaign", o->campaign, "name or uuid")->required()->type_name("CAMPAIGN");
+  resume.add_option("--session", o->session, "(the last that is not done)")->type_name("SESSION");
+  resume.add_flag("--dry-run", o->dry_run, "say what is left and check it, store and move nothing");
+  on_run(resume, context, o, run_resume);
 }
 
 }  // namespace trammel::cli

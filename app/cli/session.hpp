@@ -4,7 +4,7 @@
 
 namespace trammel::cli {
 
-/// session run|resume|status|stop
+/// session run|resume
 void setup_session(CLI::App& app, Context& context);
 
 }  // namespace trammel::cli

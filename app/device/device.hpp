@@ -104,11 +104,18 @@ class Clock {
   [[nodiscard]] virtual double end_s() const = 0;
 };
 
+/// How fast the stage goes. Never lowered in silence: what is too fast is refused.
+struct Motion {
+  double speed_mm_s = 0;      // of the fastest rail, as the stage is set; 0: it does not say
+  double max_speed_mm_s = 0;  // that a rail may go; 0: it does not say
+};
+
 /// One set of devices around one robot.
 struct Devices {
   bool simulated = false;
   std::string identity = {};  // changes when the devices are not those a session began with
   Mechanism mechanism = {};   // what the controller believes
+  Motion motion = {};
   std::optional<TrackerSigma> sigma = {};
   std::unique_ptr<Stage> stage;
   std::unique_ptr<Tracker> tracker;

@@ -154,6 +154,7 @@ Devices simulated(const simulate::VirtualRobot& robot, std::string identity) {
   devices.simulated = true;
   devices.identity = std::move(identity);
   devices.mechanism = robot.truth().nominal;
+  devices.motion.speed_mm_s = robot.truth().motion.speed_mm_s;
   const simulate::TrackerTruth& t = robot.truth().tracker;
   if (t.sigma_xy_mm > 0) devices.sigma = TrackerSigma{t.sigma_xy_mm, t.sigma_phi_rad};
   devices.stage = std::make_unique<SimulatedStage>(world);

@@ -84,4 +84,13 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view c
   sync_folder(folder);
 }
 
+void append_line_durably(const std::filesystem::path& path, std::string_view line) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor < 0) refuse_writing(path, errno);
+  int error = write_all(descriptor, std::string(line) + "\n");
+  if (::close(descriptor) != 0 && error == 0) error = errno;
+  if (error != 0) refuse_writing(path, error);
+  sync_folder(path.has_parent_path() ? path.parent_path() : ".");
+}
+
 }  // namespace trammel

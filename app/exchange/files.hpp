@@ -14,4 +14,7 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes);
 /// crash the file is the old one or the new one, never half of it. Throws StoreError.
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 
+/// Adds `line` and a newline, and syncs: on the disk when this has returned. Throws StoreError.
+void append_line_durably(const std::filesystem::path& path, std::string_view line);
+
 }  // namespace trammel

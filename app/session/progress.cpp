@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "app/cli/context.hpp"
+
 namespace trammel::session {
 
 namespace {
@@ -44,6 +46,10 @@ void Progress::reached(int done, const std::string& note) {
   } else if (done_ == total_ || done_ * kLines / total_ != before * kLines / total_) {
     fmt::print(stderr, "{}\n", line);
   }
+}
+
+void Progress::say(const std::string& text) {
+  if (!quiet_) fmt::print(stderr, "{}{}\n", terminal_ ? "\r\x1b[K" : "", cli::printable(text));
 }
 
 void Progress::end() {

@@ -16,6 +16,8 @@ class Progress {
   void reached(int done, const std::string& note = {});
   /// One more point is stored; its pose was `deviation_mm` off the target.
   void stored(double deviation_mm);
+  /// A line of its own, above the bar.
+  void say(const std::string& text);
   /// Ends the bar's line.
   void end();
 

@@ -1,14 +1,18 @@
 #pragma once
 // One walk through the points that are left. Used by session.cpp alone.
 
+#include <chrono>
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "app/device/device.hpp"
+#include "app/session/hands.hpp"
 #include "app/session/progress.hpp"
 #include "app/session/session.hpp"
 #include "app/session/settings.hpp"
+#include "app/session/wishes.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {
@@ -23,8 +27,6 @@ struct Course {
   Correction correction;
 };
 
-/// How often a point is tried before the session stops.
-inline constexpr int kMaxTries = 3;
 /// A command this far from what was checked is not sent.
 inline constexpr double kMaxFromPlannedMm = 1.0;
 
@@ -35,62 +37,94 @@ std::vector<Displacements> planned_commands(const Plan& plan, const Mechanism& m
 
 class Runner {
  public:
-  Runner(store::Connection& connection, device::Devices& devices, const Course& course,
-         const Surroundings& surroundings);
+  Runner(store::Connection& connection, std::shared_ptr<device::Devices> devices,
+         const Course& course, const Surroundings& surroundings);
 
-  /// Homes and measures what is left. `resuming`: a new epoch, reference points first.
+  /// Homes and measures what is left. `resuming`: a new epoch, reference points first. On any
+  /// error the stage is stopped first. Throws StoreError when the database does not take what it
+  /// must; a reading that was in hand is then in the side file (side_file.hpp).
   Outcome walk(bool resuming, bool new_set_up);
 
  private:
-  /// Where rails stand and where their last moves began.
-  struct Standing {
-    Displacements l_mm = Displacements::Zero();
-    Displacements from_mm = Displacements::Zero();
+  /// Something that is tried until it is measured, or may not be tried again.
+  struct Task {
+    store::Id session = 0;
+    std::string session_name;
+    int seq = 0;  // of the session's point
+    store::Epoch epoch;
+    bool walks = false;  // through the states of a point: not a visit of a reference
+    std::function<Failure(store::NewReading&)> once;
   };
-  struct Failure {
-    device::Status status = device::Status::ok;
-    std::string detail = {};
-    [[nodiscard]] bool any() const { return status != device::Status::ok; }
+  /// How the reference points were found.
+  struct Visit {
+    Failure failure;
+    std::string off;  // the first that is beyond the tolerance, in words
+    int epoch = 0;
   };
 
+  // runner.cpp: from state to state
+  Outcome walk_on(bool resuming, bool new_set_up);
   void advance(Event event);
-  [[nodiscard]] Failure move(const Displacements& to_mm);
-  [[nodiscard]] Failure home();
-  [[nodiscard]] Failure stand_before(const PlannedPoint& point);
-  [[nodiscard]] Failure drive(const PlannedPoint& point, const device::Occasion& occasion,
-                              Reading& reading);
-  [[nodiscard]] Failure read(const device::Occasion& occasion, Reading& reading,
-                             store::NewReading& stored);
+  void note(const char* kind, const std::string& detail);
+  void fail(const std::string& detail, ExitCode code);
+  void end_with(const Failure& failure, const std::string& where);
+  [[nodiscard]] bool asked_to_stop();
+  [[nodiscard]] bool wait_while_paused();
+  void measure_open(bool resuming);
+  void learn_stored();
+  void count();
+  [[nodiscard]] Outcome outcome() const;
+
+  // point.cpp: one point
   [[nodiscard]] bool measure_point(const PlannedPoint& point);
-  [[nodiscard]] bool set_up(bool resuming, bool new_set_up);
-  [[nodiscard]] bool references_hold(int& epoch_number);
-  [[nodiscard]] Failure revisit(const store::StoredReading& before, std::uint64_t number,
-                                store::NewReading& again);
-  [[nodiscard]] std::string moved(const store::StoredReading& before, const Reading& now) const;
+  Failure try_point(const PlannedPoint& point, store::NewReading& stored);
+  Failure try_hard(const Task& task, store::NewReading& reading);
+  Failure wait_for_another_try(const Failure& failure);
+  int commit(const Task& task, store::Id attempt, const store::NewReading& reading);
+  Failure stand_before(const PlannedPoint& point);
+  Failure drive(const PlannedPoint& point, const device::Occasion& occasion, Reading& reading);
+  Failure read(const device::Occasion& occasion, store::NewReading& stored);
+  [[nodiscard]] Failure judge(const store::NewReading& stored) const;
   [[nodiscard]] Standing start_of(const PlannedPoint& point) const;
   [[nodiscard]] device::Occasion occasion_of(const PlannedPoint& point);
-  void learn_stored();
-  void measure_open(bool resuming);
-  void count();
-  void fail(const std::string& detail);
-  [[nodiscard]] bool asked_to_stop(int least) const;
-  Outcome outcome() const;
+
+  // set_up.cpp: homing, epochs, reference points
+  [[nodiscard]] bool set_up(bool resuming, bool new_set_up);
+  Visit visit_references(store::SetUp set_up, const ReferenceTolerance& tolerance,
+                         const PlannedPoint& next);
+  Failure revisit(const store::StoredReading& before, const device::Occasion& occasion,
+                  store::NewReading& again);
+  [[nodiscard]] ReferenceTolerance at_least_noise(ReferenceTolerance tolerance) const;
+
+  // conditions.cpp: what is waited out
+  [[nodiscard]] bool conditions_hold(const PlannedPoint& point);
+  struct Found {
+    Failure failure;
+    std::string bad;  // in words; empty: good
+  };
+  Found look_at_conditions(const PlannedPoint& point, bool suspended);
+  void pass(double seconds);
 
   store::Connection& connection_;
-  device::Devices& devices_;
+  std::shared_ptr<device::Devices> devices_;
   const Course& course_;
   const Surroundings& surroundings_;
+  Wishes wishes_;
+  Hands hands_;
   State state_ = State::checked;
-  Standing home_;
-  Standing stage_;
-  bool on_course_ = true;  // stage_ is where it stands; not after a move that was cut off
   store::Epoch epoch_;
   std::map<int, Standing> stood_;                 // by seq of the points that are stored
-  std::map<int, store::StoredReading> measured_;  // the same, of earlier runs
+  std::map<int, store::StoredReading> measured_;  // the same
   std::vector<PlannedPoint> open_;
+  std::optional<Progress> progress_;
+  std::string trail_;  // of the try that goes on
+  std::chrono::steady_clock::time_point try_began_;
   int n_before_ = 0;
   int n_stored_ = 0;
+  int n_visits_ = 0;     // of reference points in this epoch
+  int since_visit_ = 0;  // points
   std::string detail_;
+  ExitCode fault_ = ExitCode::device;
 };
 
 }  // namespace trammel::session

@@ -1,12 +1,17 @@
 #include "app/session/session.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
 
-#include "app/device/open.hpp"
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
 #include "app/session/agreement.hpp"
 #include "app/session/lock.hpp"
+#include "app/session/plan_record.hpp"
 #include "app/session/runner.hpp"
 #include "app/session/settings.hpp"
+#include "app/session/side_file.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {
@@ -59,12 +64,22 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   return store::require_campaign(connection, request.campaign);
 }
 
+/// What is checked is the speed the stage is set to; its own cap holds where it is lower.
+CheckOptions check_for(CheckOptions check, const device::Motion& motion) {
+  if (motion.speed_mm_s > 0) check.speed_mm_s = motion.speed_mm_s;
+  if (motion.max_speed_mm_s > 0) {
+    check.max_speed_mm_s = std::min(check.max_speed_mm_s, motion.max_speed_mm_s);
+  }
+  return check;
+}
+
 /// What a new session follows: number and time go on from the sessions before.
 Settings settings_after(const std::vector<store::SessionRow>& sessions, const Request& request,
                         const device::Devices& devices) {
   Settings settings{.approach_mm = request.plan.approach_mm,
                     .identity = devices.identity,
-                    .check = request.check};
+                    .check = check_for(request.check, devices.motion),
+                    .policy = request.policy};
   for (const store::SessionRow& row : sessions) {
     if (!has_settings(row.settings_json)) continue;
     const Settings before = read_settings(row.settings_json);
@@ -150,9 +165,11 @@ Outcome done_before(const store::SessionRow& row) {
       .state = State::done, .session_id = row.id, .n_points = row.n_points, .n_before = row.n_ok};
 }
 
-device::Devices devices_of(const Course& course) {
-  device::Devices devices = device::open_devices(course.session.stage, course.session.tracker);
-  if (devices.identity == course.settings.identity) return devices;
+std::shared_ptr<device::Devices> devices_of(const Course& course,
+                                            const Surroundings& surroundings) {
+  auto devices = std::make_shared<device::Devices>(
+      surroundings.open(course.session.stage, course.session.tracker));
+  if (devices->identity == course.settings.identity) return devices;
   throw InputError({.what = "the devices are not those the session began with",
                     .where = {.field = "stage"},
                     .got = course.session.stage,
@@ -160,72 +177,114 @@ device::Devices devices_of(const Course& course) {
 }
 
 /// Nominal violations name every bad target; only a clean plan has commands to look at.
-Outcome checked(const Request& request, const device::Devices& devices,
-                const Correction& correction, std::vector<Displacements>& commands) {
+Outcome check_whole(const Request& request, device::Devices& devices, const Correction& correction,
+                    std::vector<Displacements>& commands) {
+  const CheckOptions options = check_for(request.check, devices.motion);
   Outcome outcome;
   outcome.n_points = static_cast<int>(request.plan.points.size());
-  outcome.violations = check(request.plan, devices.mechanism, request.check);
+  outcome.violations = check(request.plan, devices.mechanism, options);
   if (outcome.violations.empty()) {
     commands = planned_commands(request.plan, devices.mechanism, correction);
-    outcome.violations = check(request.plan, devices.mechanism, request.check, commands);
+    outcome.violations = check(request.plan, devices.mechanism, options, commands);
+  }
+  if (outcome.violations.empty()) {
+    outcome.plan_sha256 = plan_sha256(request.plan, devices.mechanism);
+    devices.clock->start(request.plan, 0);
+    outcome.estimated_s = devices.clock->end_s();
+    if (!devices.simulated) {
+      outcome.missing =
+          missing_record(request.plan_check, request.plan, devices.mechanism, options);
+    }
   }
   outcome.state =
-      *next(State::planned, outcome.violations.empty() ? Event::check_passed : Event::check_failed);
+      *next(State::planned, outcome.refused() ? Event::check_failed : Event::check_passed);
   if (!outcome.violations.empty()) outcome.detail = "the plan is not safe; nothing has moved";
+  if (!outcome.missing.empty()) outcome.detail = outcome.missing.front();
   return outcome;
+}
+
+/// What an earlier run could not store is stored first.
+void take_in(store::Connection& connection, const store::CampaignRow& campaign) {
+  const Recovery recovery = recover(connection, campaign);
+  if (recovery.problems.empty()) return;
+  throw InputError({.what = "a reading that was kept aside cannot be taken in",
+                    .got = recovery.problems.front(),
+                    .hint = "see `trammel session recover " + campaign.name +
+                            "`; move the file away to go on without it"});
+}
+
+double share_left(const Course& course) {
+  const store::SessionRow& row = course.session;
+  return row.n_points > 0 ? static_cast<double>(row.n_points - row.n_ok) / row.n_points : 0;
 }
 
 }  // namespace
 
+void really_sleep(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
 ExitCode Outcome::exit_code() const {
-  if (!violations.empty()) return ExitCode::safety_stop;
-  if (state == State::faulted) {
-    return detail.starts_with("the set-up has moved") ? ExitCode::safety_stop : ExitCode::device;
-  }
+  if (refused()) return ExitCode::safety_stop;
+  if (state == State::faulted) return fault;
   return state == State::stopped ? ExitCode::interrupted : ExitCode::ok;
 }
 
-Outcome dry_run(const Request& request, const Correction& correction) {
-  const device::Devices devices = device::open_devices(request.stage, request.tracker);
+Outcome dry_run(const Request& request, const Correction& correction,
+                const Surroundings& surroundings) {
+  validate(request.policy);
+  device::Devices devices = surroundings.open(request.stage, request.tracker);
   std::vector<Displacements> commands;
-  return checked(request, devices, correction, commands);
+  return check_whole(request, devices, correction, commands);
 }
 
 Outcome run(store::Connection& connection, const Request& request,
             const Surroundings& surroundings) {
   if (request.session.empty()) throw UsageError({.what = "a session needs a name"});
-  device::Devices devices = device::open_devices(request.stage, request.tracker);
+  validate(request.policy);
+  const auto devices =
+      std::make_shared<device::Devices>(surroundings.open(request.stage, request.tracker));
   Course course;
   course.plan = request.plan;
   course.correction = correction_of(connection, request.compensation_job, surroundings);
-  const Outcome looked = checked(request, devices, course.correction, course.planned_mm);
-  if (!looked.violations.empty()) return looked;
+  const Outcome looked = check_whole(request, *devices, course.correction, course.planned_mm);
+  if (looked.refused()) return looked;
 
-  course.campaign = campaign_for(connection, request, devices);
+  course.campaign = campaign_for(connection, request, *devices);
   const CampaignLock lock(connection.file(), course.campaign.uuid);
+  take_in(connection, course.campaign);
   const auto sessions = store::list_sessions(connection, course.campaign.id);
-  course.settings = settings_after(sessions, request, devices);
-  devices.clock->start(course.plan, course.settings.start_s);
-  course.settings.end_s = devices.clock->end_s();
-  const bool new_set_up = request.new_set_up || !as_before(sessions, devices);
-  course.session = store::get_session(
-      connection, store::create_session(connection, new_session(course, request)));
-  return Runner(connection, devices, course, surroundings).walk(false, new_set_up);
+  course.settings = settings_after(sessions, request, *devices);
+  course.settings.plan_sha256 = looked.plan_sha256;
+  devices->clock->start(course.plan, course.settings.start_s);
+  course.settings.end_s = devices->clock->end_s();
+  const bool new_set_up = request.new_set_up || !as_before(sessions, *devices);
+  const store::Id id = store::create_session(connection, new_session(course, request));
+  course.session = store::get_session(connection, id);
+  store::add_event(connection, id, "checked",
+                   fmt::format("{} points, plan {}, estimated {}", looked.n_points,
+                               looked.plan_sha256, clock_text(looked.estimated_s)));
+  Outcome outcome = Runner(connection, devices, course, surroundings).walk(false, new_set_up);
+  outcome.estimated_s = looked.estimated_s;
+  outcome.plan_sha256 = looked.plan_sha256;
+  return outcome;
 }
 
 Outcome dry_resume(store::Connection& connection, const std::string& campaign,
-                   const std::string& session) {
+                   const std::string& session, const Surroundings& surroundings) {
   const Course course =
       stored_course(connection, store::require_campaign(connection, campaign), session);
   if (is_done(course.session)) return done_before(course.session);
-  const device::Devices devices = devices_of(course);
+  const auto devices = devices_of(course, surroundings);
   Outcome outcome{.state = State::planned,
                   .session_id = course.session.id,
                   .n_points = course.session.n_points,
                   .n_before = course.session.n_ok};
   outcome.violations =
-      check(course.plan, devices.mechanism, course.settings.check, course.planned_mm);
+      check(course.plan, devices->mechanism, course.settings.check, course.planned_mm);
   if (outcome.violations.empty()) outcome.state = State::checked;
+  outcome.estimated_s = share_left(course) * (course.settings.end_s - course.settings.start_s);
+  outcome.plan_sha256 = course.settings.plan_sha256;
   return outcome;
 }
 
@@ -233,14 +292,18 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
                const std::string& session, const Surroundings& surroundings) {
   const store::CampaignRow owner = store::require_campaign(connection, campaign);
   const CampaignLock lock(connection.file(), owner.uuid);
+  take_in(connection, owner);
   Course course = stored_course(connection, owner, session);
   if (is_done(course.session)) return done_before(course.session);
-  device::Devices devices = devices_of(course);
+  const auto devices = devices_of(course, surroundings);
   course.correction = correction_of(connection, course.session.compensation_job, surroundings);
-  devices.clock->start(course.plan, course.settings.start_s);
+  devices->clock->start(course.plan, course.settings.start_s);
   store::interrupt_open_attempts(connection, course.session.id,
                                  "the runner ended before it was closed");
-  return Runner(connection, devices, course, surroundings).walk(true, false);
+  Outcome outcome = Runner(connection, devices, course, surroundings).walk(true, false);
+  outcome.estimated_s = share_left(course) * (course.settings.end_s - course.settings.start_s);
+  outcome.plan_sha256 = course.settings.plan_sha256;
+  return outcome;
 }
 
 Outcome run_or_resume(store::Connection& connection, const Request& request,

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "app/device/open.hpp"
+#include "app/session/policy.hpp"
 #include "app/session/state.hpp"
 #include "core/calibrate/correction.hpp"
 #include "core/plan/check.hpp"
@@ -22,17 +24,26 @@ struct Request {
   std::string tracker = "sim";
   std::optional<store::Id> compensation_job = {};  // none: baseline
   CheckOptions check = {};
-  double pause_s = 600;     // simulated time since the end of the session before
-  bool new_set_up = false;  // homed and framed anew: an epoch of its own
+  Policy policy = {};
+  std::string plan_check = {};  // file of `plan check --record`, asked for by a real stage
+  double pause_s = 600;         // simulated time since the end of the session before
+  bool new_set_up = false;      // homed and framed anew: an epoch of its own
 };
 
-/// The world around a session, apart from its devices.
+void really_sleep(double seconds);
+
+/// The world around a session.
 struct Surroundings {
   /// The correction that a job has stored. Needed for compensated sessions.
   std::function<Correction(store::Connection&, store::Id)> correction_of = {};
   std::function<int()> stop_signals = [] { return 0; };
   bool quiet = true;
   bool terminal = false;
+  Deadlines deadlines = {};
+  std::function<device::Devices(const std::string& stage, const std::string& tracker)> open =
+      &device::open_devices;
+  std::function<void(double seconds)> sleep = &really_sleep;
+  std::function<void(int n_stored)> stored = {};  // called when a point is stored
 };
 
 struct Outcome {
@@ -42,14 +53,20 @@ struct Outcome {
   int n_before = 0;  // ok points of earlier runs
   int n_stored = 0;  // of this run
   std::string detail = {};
+  ExitCode fault = ExitCode::device;       // faulted only: what kind
   std::vector<Violation> violations = {};  // not empty: refused before the first move
+  std::vector<std::string> missing = {};   // the same: what a real stage asks for and has not got
+  double estimated_s = 0;                  // of the points that are left, before the start
+  std::string plan_sha256 = {};
 
-  /// 0 done, 6 refused or unsafe, 7 a device, 130 stopped.
+  [[nodiscard]] bool refused() const { return !violations.empty() || !missing.empty(); }
+  /// 0 done, 6 refused or unsafe, 7 a device, 8 the database, 130 stopped.
   [[nodiscard]] ExitCode exit_code() const;
 };
 
 /// The whole plan as it would be commanded, checked; nothing is stored and nothing moves.
-Outcome dry_run(const Request& request, const Correction& correction);
+Outcome dry_run(const Request& request, const Correction& correction,
+                const Surroundings& surroundings = {});
 
 /// Checks the whole plan, stores the session, then measures point by point: the intent is committed
 /// before the move, readings and attempt = ok in one transaction. Throws InputError when the
@@ -68,7 +85,7 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
 /// What resume would go on with: n_before points are stored, the rest is checked. Nothing is stored
 /// and nothing moves. Throws as resume.
 Outcome dry_resume(store::Connection& connection, const std::string& campaign,
-                   const std::string& session);
+                   const std::string& session, const Surroundings& surroundings = {});
 
 /// run, or resume where the session is there already: done once, whatever happens in between.
 /// Throws InputError when the stored session is not what is asked for (agreement.hpp).

@@ -16,6 +16,7 @@ namespace {
 constexpr int kReferences = 3;
 constexpr std::uint64_t kReferenceReadings = 1'000'000'000'000'000;  // beyond those of any session
 constexpr std::uint64_t kReadingsPerEpoch = 1'000'000;
+constexpr std::uint64_t kReadingsPerVisit = 1'000;
 
 /// The stored points to visit again: those the plan marks, else the first ones.
 std::vector<PlannedPoint> references_of(const Plan& plan,
@@ -56,16 +57,10 @@ store::NewSession reference_session(const Course& course, store::Connection& con
   return session;
 }
 
-}  // namespace
-
-std::string Runner::moved(const store::StoredReading& before, const Reading& now) const {
+/// Empty: within the tolerance.
+std::string moved(const store::StoredReading& before, const Reading& now,
+                  const ReferenceTolerance& tolerance) {
   const Eigen::Vector3d d = now.measured->vector() - before.data.reading.measured->vector();
-  ReferenceTolerance tolerance;
-  if (devices_.sigma) {
-    const double six_of_difference = 6 * std::sqrt(2.0);
-    tolerance.xy_mm = std::max(tolerance.xy_mm, six_of_difference * devices_.sigma->xy_mm);
-    tolerance.phi_rad = std::max(tolerance.phi_rad, six_of_difference * devices_.sigma->phi_rad);
-  }
   const double off_mm = std::hypot(d[0], d[1]);
   if (off_mm <= tolerance.xy_mm && std::abs(d[2]) <= tolerance.phi_rad) return "";
   return fmt::format(
@@ -75,80 +70,95 @@ std::string Runner::moved(const store::StoredReading& before, const Reading& now
       deg_from_rad(tolerance.phi_rad));
 }
 
-/// By the move it was measured after the first time.
-Runner::Failure Runner::revisit(const store::StoredReading& before, std::uint64_t number,
-                                store::NewReading& again) {
-  const Conditions& then = before.data.reading.conditions;
-  Failure failure = move(then.from_mm);
-  if (!failure.any()) failure = move(then.cmd_mm);
-  if (failure.any()) return failure;
-  Reading reading;
-  reading.target = before.data.reading.target;
-  reading.conditions.cmd_mm = then.cmd_mm;
-  reading.conditions.from_mm = then.from_mm;
-  const device::Occasion occasion{
-      .reading = kReferenceReadings +
-                 kReadingsPerEpoch * static_cast<std::uint64_t>(epoch_.number) + number,
-      .time_s = devices_.clock->time_s(open_.front()),
-      .epoch = epoch_.number};
-  return read(occasion, reading, again);
+}  // namespace
+
+ReferenceTolerance Runner::at_least_noise(ReferenceTolerance tolerance) const {
+  if (!devices_->sigma) return tolerance;
+  const double six_of_difference = 6 * std::sqrt(2.0);
+  return {std::max(tolerance.xy_mm, six_of_difference * devices_->sigma->xy_mm),
+          std::max(tolerance.phi_rad, six_of_difference * devices_->sigma->phi_rad)};
 }
 
-bool Runner::references_hold(int& epoch_number) {
+/// By the move it was measured after the first time.
+Failure Runner::revisit(const store::StoredReading& before, const device::Occasion& occasion,
+                        store::NewReading& again) {
+  const Conditions& then = before.data.reading.conditions;
+  Failure failure = hands_.move(then.from_mm);
+  if (!failure.any()) failure = hands_.move(then.cmd_mm);
+  if (!failure.any()) failure = hands_.beam();
+  if (failure.any()) return failure;
+  again.reading.target = before.data.reading.target;
+  again.reading.conditions.cmd_mm = then.cmd_mm;
+  again.reading.conditions.from_mm = then.from_mm;
+  return read(occasion, again);
+}
+
+/// In a session of their own, each tried as a point is. `next`: where the stage goes after them.
+Runner::Visit Runner::visit_references(store::SetUp set_up, const ReferenceTolerance& tolerance,
+                                       const PlannedPoint& next) {
   const std::vector<PlannedPoint> points = references_of(course_.plan, measured_);
-  const store::Id session =
-      store::create_session(connection_, reference_session(course_, connection_, points));
-  epoch_ = store::open_epoch(connection_, session, store::SetUp::fresh,
-                             "resume of " + course_.session.name);
-  epoch_number = epoch_.number;
-  std::vector<Displacements> way;
+  const store::NewSession visit = reference_session(course_, connection_, points);
+  const store::Id session = store::create_session(connection_, visit);
+  const store::Epoch epoch = store::open_epoch(connection_, session, set_up,
+                                               "reference points of " + course_.session.name);
+  Visit found{.failure = {}, .off = {}, .epoch = epoch.number};
+  std::vector<Displacements> way = {hands_.place().l_mm};
   for (const PlannedPoint& point : points) {
     const Conditions& then = measured_.at(point.seq).data.reading.conditions;
     way.insert(way.end(), {then.from_mm, then.cmd_mm});
   }
-  const Standing start = start_of(open_.front());
+  const Standing start = start_of(next);
   way.insert(way.end(), {start.from_mm, start.l_mm});
-  const auto violations = check_path(devices_.mechanism, way, course_.settings.check);
+  const auto violations = check_path(devices_->mechanism, way, course_.settings.check);
   if (!violations.empty()) {
-    fail("the way over the reference points is not safe: " + describe(violations.front()));
-    return false;
+    found.failure =
+        unsafe("the way over the reference points is not safe: " + describe(violations.front()));
+    return found;
   }
+  device::Occasion occasion{
+      .reading = kReferenceReadings + kReadingsPerEpoch * static_cast<std::uint64_t>(epoch.number) +
+                 kReadingsPerVisit * static_cast<std::uint64_t>(n_visits_++),
+      .time_s = devices_->clock->time_s(next),
+      .epoch = epoch.number};
   int seq = 0;
-  std::string off;
   for (const PlannedPoint& point : points) {
-    const store::Id attempt = store::begin_attempt(connection_, session, ++seq, epoch_.id);
+    const store::StoredReading& before = measured_.at(point.seq);
+    ++seq;
+    ++occasion.reading;
     store::NewReading again;
-    const Failure failure =
-        revisit(measured_.at(point.seq), static_cast<std::uint64_t>(seq), again);
-    if (failure.any()) {
-      static_cast<void>(devices_.stage->stop());
-      const std::string what = device::name_of(failure.status) + (": " + failure.detail);
-      store::fail_attempt(connection_, attempt, what);
-      fail(fmt::format("reference point {}: {}", point.seq, what));
-      return false;
+    found.failure =
+        try_hard({.session = session,
+                  .session_name = visit.name,
+                  .seq = seq,
+                  .epoch = epoch,
+                  .walks = false,
+                  .once = [&](store::NewReading& r) { return revisit(before, occasion, r); }},
+                 again);
+    if (found.failure.any()) {
+      found.failure.detail = fmt::format("reference point {}: {}", point.seq, found.failure.detail);
+      return found;
     }
-    store::finish_attempt(connection_, attempt, {again});
-    if (off.empty()) off = moved(measured_.at(point.seq), again.reading);
+    if (found.off.empty()) found.off = moved(before, again.reading, tolerance);
   }
-  if (off.empty()) return true;
-  fail("the set-up has moved: " + off);
-  return false;
+  since_visit_ = 0;
+  return found;
 }
 
 bool Runner::set_up(bool resuming, bool new_set_up) {
-  if (asked_to_stop(1)) {
+  if (asked_to_stop()) {
     advance(Event::stop_asked);
     return false;
   }
-  if (!devices_.stage->homed()) {
-    const Failure failure = home();
+  if (!devices_->stage->homed()) {
+    const Failure failure = hands_.home();
     if (failure.any()) {
-      static_cast<void>(devices_.stage->stop());
-      fail("homing: " + failure.detail);
+      static_cast<void>(hands_.stop());
+      end_with(failure, "homing");
       return false;
     }
   }
   const store::Id id = course_.session.id;
+  n_visits_ = 0;
   if (!resuming) {
     epoch_ = store::open_epoch(connection_, id,
                                new_set_up ? store::SetUp::fresh : store::SetUp::as_before,
@@ -159,10 +169,18 @@ bool Runner::set_up(bool resuming, bool new_set_up) {
     epoch_ = store::open_epoch(connection_, id, store::SetUp::fresh, "resume");
     return true;
   }
-  int number = 0;
-  if (!references_hold(number)) return false;
-  epoch_.id = store::add_epoch(connection_, id, number, "resume, reference points hold");
-  epoch_.number = number;
+  const Visit visit =
+      visit_references(store::SetUp::fresh, at_least_noise(ReferenceTolerance{}), open_.front());
+  if (visit.failure.any()) {
+    end_with(visit.failure, "resume");
+    return false;
+  }
+  if (!visit.off.empty()) {
+    fail("the set-up has moved: " + visit.off, ExitCode::safety_stop);
+    return false;
+  }
+  epoch_.id = store::add_epoch(connection_, id, visit.epoch, "resume, reference points hold");
+  epoch_.number = visit.epoch;
   return true;
 }
 

@@ -1,5 +1,6 @@
 #include "app/session/settings.hpp"
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
@@ -8,15 +9,45 @@ namespace trammel::session {
 
 using SortedJson = nlohmann::json;
 
+namespace {
+
+struct Margin {
+  const char* key;
+  double CheckOptions::*value;
+};
+constexpr std::array<Margin, 7> kMargins = {{
+    {"limit_margin_mm", &CheckOptions::limit_margin_mm},
+    {"singularity_margin", &CheckOptions::singularity_margin},
+    {"path_step_mm", &CheckOptions::path_step_mm},
+    {"link_clearance_mm", &CheckOptions::link_clearance_mm},
+    {"speed_mm_s", &CheckOptions::speed_mm_s},
+    {"max_speed_mm_s", &CheckOptions::max_speed_mm_s},
+    {"max_platform_mm_s", &CheckOptions::max_platform_mm_s},
+}};
+
+}  // namespace
+
+nlohmann::json check_json(const CheckOptions& check) {
+  SortedJson json;
+  for (const Margin& margin : kMargins) json[margin.key] = check.*margin.value;
+  return json;
+}
+
+CheckOptions read_check(const SortedJson& json) {
+  CheckOptions check;
+  for (const Margin& m : kMargins) check.*m.value = json.value(m.key, check.*m.value);
+  return check;
+}
+
 std::string settings_json(const Settings& s) {
-  const SortedJson json = {{"ordinal", s.ordinal},
-                           {"start_s", s.start_s},
-                           {"end_s", s.end_s},
-                           {"approach_mm", s.approach_mm},
-                           {"identity", s.identity},
-                           {"limit_margin_mm", s.check.limit_margin_mm},
-                           {"singularity_margin", s.check.singularity_margin},
-                           {"path_step_mm", s.check.path_step_mm}};
+  SortedJson json = check_json(s.check);
+  json["ordinal"] = s.ordinal;
+  json["start_s"] = s.start_s;
+  json["end_s"] = s.end_s;
+  json["approach_mm"] = s.approach_mm;
+  json["identity"] = s.identity;
+  json["policy"] = policy_json(s.policy);
+  if (!s.plan_sha256.empty()) json["plan_sha256"] = s.plan_sha256;
   return json.dump();
 }
 
@@ -28,9 +59,9 @@ Settings read_settings(const std::string& text) {
             .end_s = json.at("end_s").get<double>(),
             .approach_mm = json.at("approach_mm").get<double>(),
             .identity = json.at("identity").get<std::string>(),
-            .check = {.limit_margin_mm = json.at("limit_margin_mm").get<double>(),
-                      .singularity_margin = json.at("singularity_margin").get<double>(),
-                      .path_step_mm = json.at("path_step_mm").get<double>()}};
+            .check = read_check(json),
+            .policy = read_policy(json.value("policy", SortedJson::object())),
+            .plan_sha256 = json.value("plan_sha256", std::string())};
   } catch (const SortedJson::exception& error) {
     throw StoreError({.what = "the session's settings cannot be read",
                       .got = error.what(),

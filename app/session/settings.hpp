@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "app/session/policy.hpp"
 #include "core/plan/check.hpp"
 
 namespace trammel::session {
@@ -15,7 +16,14 @@ struct Settings {
   double approach_mm = 5;  // of the plan
   std::string identity = {};  // of the devices
   CheckOptions check = {};
+  Policy policy = {};
+  std::string plan_sha256 = {};  // of the plan as it was checked (plan_record.hpp)
 };
+
+/// Margins and speeds under their names.
+nlohmann::json check_json(const CheckOptions& check);
+/// What is absent has its default.
+CheckOptions read_check(const nlohmann::json& json);
 
 std::string settings_json(const Settings& settings);
 

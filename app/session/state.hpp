@@ -26,11 +26,13 @@ enum class Event {
   set_up,      // homed, epoch open, reference points where they were
   move_begun,  // the intent is committed
   in_position,
-  settled,
+  settled,    // the reflector is locked
   committed,  // readings and attempt = ok are in the store
   try_again,  // a failure that may pass; the attempt is stored as failed
   pause_asked,
-  resumed,
+  resumed,          // asked to go on after a pause: a set-up follows
+  conditions_bad,   // temperature out of its band, a reference point has drifted
+  conditions_good,  // and well inside again
   stop_asked,
   failed,   // a failure that may not be tried again, or too often
   counted,  // every planned point has an ok attempt
@@ -48,5 +50,7 @@ std::optional<State> next(State from, Event event);
 
 /// "planned", … as status shows them.
 const char* name_of(State state);
+/// "check passed", …
+const char* name_of(Event event);
 
 }  // namespace trammel::session

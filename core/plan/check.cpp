@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/mechanism/clearance.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/velocity.hpp"
 #include "core/units.hpp"
@@ -58,7 +59,10 @@ class Checker {
                            Place end) {
     const double length = (to - from).cwiseAbs().maxCoeff();
     const int steps = std::max(1, static_cast<int>(std::ceil(length / options_.path_step_mm)));
-    double least = std::numeric_limits<double>::infinity();
+    double least = std::numeric_limits<double>::infinity(), closest = least, fastest = 0;
+    const Eigen::Vector3d l_dot =
+        length > 0 ? Eigen::Vector3d((to - from) * (options_.speed_mm_s / length))
+                   : Eigen::Vector3d::Zero();
     for (int k = 1; k <= steps; ++k) {
       const Displacements l = from + (to - from) * (static_cast<double>(k) / steps);
       const ForwardResult at = forward(mechanism_.geometry, l, pose);
@@ -69,9 +73,22 @@ class Checker {
         return std::nullopt;
       }
       pose = at.pose;
-      if (k < steps) least = std::min(least, margin(pose, at.at));
+      const VelocityEquation velocity = velocity_equation(mechanism_.geometry, pose, at.at);
+      const double here = singularity(mechanism_.geometry, velocity).margin();
+      if (k < steps) least = std::min(least, here);
+      closest = std::min(closest, link_clearance_mm(mechanism_.geometry, at.at));
+      if (here > 0) {
+        const Eigen::Vector3d X_dot = velocity_jacobian(velocity) * l_dot;
+        fastest = std::max(fastest, std::hypot(X_dot[0], X_dot[1]));
+      }
     }
     singular(seq, Place::path, least);
+    if (closest < options_.link_clearance_mm) {
+      add(seq, Place::path, What::collision, 0, closest, options_.link_clearance_mm);
+    }
+    if (fastest > options_.max_platform_mm_s) {
+      add(seq, Place::path, What::too_fast, 0, fastest, options_.max_platform_mm_s);
+    }
     return pose;
   }
 
@@ -127,9 +144,10 @@ void check_point(Checker& checker, const Mechanism& mechanism, const Plan& plan,
 }  // namespace
 
 const char* name_of(Violation::What what) {
-  constexpr std::array<const char*, 7> kNames = {
-      "not finite",    "out of reach",          "below lower limit", "above upper limit",
-      "near singular", "in the other assembly", "out of order"};
+  constexpr std::array<const char*, 9> kNames = {
+      "not finite",        "out of reach",    "below lower limit",
+      "above upper limit", "near singular",   "in the other assembly",
+      "out of order",      "links too close", "too fast"};
   return kNames[static_cast<std::size_t>(what)];
 }
 
@@ -153,6 +171,16 @@ void require_margins(const CheckOptions& o) {
   if (!(o.singularity_margin >= 0 && o.singularity_margin <= 1)) {
     refuse("singularity_margin", o.singularity_margin, "0 to 1");
   }
+  if (!(o.link_clearance_mm >= 0) || !std::isfinite(o.link_clearance_mm)) {
+    refuse("link_clearance_mm", o.link_clearance_mm, "0 mm or more");
+  }
+  const std::array<std::pair<const char*, double>, 3> speeds = {
+      {{"speed_mm_s", o.speed_mm_s},
+       {"max_speed_mm_s", o.max_speed_mm_s},
+       {"max_platform_mm_s", o.max_platform_mm_s}}};
+  for (const auto& [field, value] : speeds) {
+    if (!(value > 0) || !std::isfinite(value)) refuse(field, value, "a positive speed");
+  }
   if (!(o.path_step_mm > 0) || !std::isfinite(o.path_step_mm)) {
     refuse("path_step_mm", o.path_step_mm, "a positive length");
   }
@@ -161,13 +189,15 @@ void require_margins(const CheckOptions& o) {
 }  // namespace
 
 std::string describe(const Violation& v) {
-  std::string text = "point " + std::to_string(v.seq) + ", " + name_of(v.place) + ": ";
+  std::string text = v.seq > 0 ? "point " + std::to_string(v.seq) + ", " : "";
+  text += std::string(name_of(v.place)) + ": ";
   if (v.rail > 0) text += "rail " + std::to_string(v.rail) + " ";
   text += name_of(v.what);
   if (v.got == 0 && v.limit == 0) return text;
   std::array<char, 80> numbers{};
   const char* format = v.what == What::singular     ? ": margin %.3f, at least %.3f"
                        : v.what == What::disordered ? ": got %.0f, expected %.0f"
+                       : v.what == What::too_fast   ? ": %.1f mm/s, limit %.1f mm/s"
                                                     : ": %.3f mm, limit %.3f mm";
   std::snprintf(numbers.data(), numbers.size(), format, v.got, v.limit);
   return text + numbers.data();
@@ -182,6 +212,9 @@ std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
   if (!home.ok()) {
     checker.add(0, Place::target, What::unreachable, home.chain + 1);
     return checker.take();
+  }
+  if (options.speed_mm_s > options.max_speed_mm_s) {
+    checker.add(0, Place::target, What::too_fast, 0, options.speed_mm_s, options.max_speed_mm_s);
   }
   Standing at{home.l_mm, home.l_mm, mechanism.home};
   for (std::size_t k = 0; k < plan.points.size(); ++k) {
@@ -219,6 +252,26 @@ std::vector<Violation> check_path(const Mechanism& mechanism,
     if (!pose) break;  // nothing is known beyond
     at = to;
   }
+  return checker.take();
+}
+
+std::vector<Violation> check_move(const Mechanism& mechanism, const Displacements& from_mm,
+                                  const Pose& near, const Displacements& to_mm,
+                                  const CheckOptions& options) {
+  require_margins(options);
+  Checker checker(mechanism, options);
+  const ForwardResult start = from_mm.allFinite() && to_mm.allFinite()
+                                  ? forward(mechanism.geometry, from_mm, near)
+                                  : ForwardResult{};
+  if (!start.ok()) {
+    checker.add(0, Place::target, What::not_finite);
+    return checker.take();
+  }
+  if (options.speed_mm_s > options.max_speed_mm_s) {
+    checker.add(0, Place::target, What::too_fast, 0, options.speed_mm_s, options.max_speed_mm_s);
+  }
+  checker.limits(0, Place::target, to_mm);
+  static_cast<void>(checker.path(0, from_mm, to_mm, start.pose, Place::target));
   return checker.take();
 }
 

@@ -14,6 +14,10 @@ struct CheckOptions {
   double limit_margin_mm = 2;       // of stroke that stays free at either end
   double singularity_margin = 0.1;  // of Singularity::margin(); the paper's points have over 0.3
   double path_step_mm = 2;          // rails are looked at this often on the way
+  double link_clearance_mm = 10;    // between centre lines of links, and of a link and the platform
+  double speed_mm_s = 20;           // of the fastest rail, as the stage will be told
+  double max_speed_mm_s = 200;      // that a rail may go; a speed is refused, never lowered
+  double max_platform_mm_s = 500;   // that the reflector may go on the way
 };
 
 /// One thing that is wrong with a plan: at which point, what, and by how much.
@@ -25,14 +29,16 @@ struct Violation {
     upper_limit,
     singular,
     other_mode,  // the rails get there, the platform ends up in the mirrored assembly
-    disordered
+    disordered,
+    collision,  // a link comes too close to another or to the platform
+    too_fast,   // a rail, or the platform where a small move of the rails is a large one of it
   };
   enum class Place { target, approach, path };  // path: on the way to the point
   int seq = 0;
   Place place = Place::target;
   What what = What::not_finite;
   int rail = 0;      // from 1; 0 where it is no rail's fault
-  double got = 0;    // displacement in mm, or the singularity margin
+  double got = 0;    // displacement or distance in mm, speed in mm/s, or the singularity margin
   double limit = 0;  // what it was held against
 };
 const char* name_of(Violation::What what);
@@ -54,6 +60,13 @@ std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
 /// each and on the way. seq is the number of the waypoint, from 1.
 std::vector<Violation> check_path(const Mechanism& mechanism,
                                   std::span<const Displacements> waypoints,
+                                  const CheckOptions& options = {});
+
+/// One move, when it is sent: from where the rails stand to `to_mm`. `near` is a pose close to
+/// where the platform stands. seq is 0. Proof: check_test.cpp, and 1,000 unsafe plans in
+/// unsafe_plans_test.cpp.
+std::vector<Violation> check_move(const Mechanism& mechanism, const Displacements& from_mm,
+                                  const Pose& near, const Displacements& to_mm,
                                   const CheckOptions& options = {});
 
 }  // namespace trammel

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/device/open.hpp"
+#include "tests/app/session/faulty_devices.hpp"
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/support/catch.hpp"
 
@@ -18,50 +19,13 @@ using device::Status;
 
 namespace {
 
-/// Answers as planned, by the number of the call from 1; else as the real one.
-using Script = std::map<int, Status>;
-
-class FailingTracker : public device::Tracker {
- public:
-  FailingTracker(std::unique_ptr<Tracker> real, Script script)
-      : real_(std::move(real)), script_(std::move(script)) {}
-  [[nodiscard]] std::string describe() const override { return real_->describe(); }
-  [[nodiscard]] Status beam() override { return real_->beam(); }
-  device::PoseReport measure(const device::Occasion& occasion) override {
-    const auto told = script_.find(++calls_);
-    if (told != script_.end()) return {told->second, "as told", {}, ""};
-    return real_->measure(occasion);
-  }
-
- private:
-  std::unique_ptr<Tracker> real_;
-  Script script_;
-  int calls_ = 0;
-};
-
-class FailingStage : public device::Stage {
- public:
-  FailingStage(std::unique_ptr<Stage> real, Script script, int& stops)
-      : real_(std::move(real)), script_(std::move(script)), stops_(stops) {}
-  [[nodiscard]] std::string describe() const override { return real_->describe(); }
-  [[nodiscard]] bool homed() const override { return real_->homed(); }
-  device::StageReport home() override { return real_->home(); }
-  device::StageReport move(const Displacements& to_mm, const device::Watch& watch) override {
-    const auto told = script_.find(++calls_);
-    if (told != script_.end()) return {told->second, "as told", Displacements::Zero()};
-    return real_->move(to_mm, watch);
-  }
-  device::StageReport stop() override {
-    ++stops_;
-    return real_->stop();
-  }
-
- private:
-  std::unique_ptr<Stage> real_;
-  Script script_;
-  int& stops_;
-  int calls_ = 0;
-};
+/// The status by the number of the call.
+Faults::Ask at(std::map<int, Status> script) {
+  return [script = std::move(script)](int call) {
+    const auto told = script.find(call);
+    return told == script.end() ? Status::ok : told->second;
+  };
+}
 
 /// One session of the small plan, walked with failing devices.
 struct Bench {
@@ -69,7 +33,7 @@ struct Bench {
   store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
   device::Devices devices = device::open_devices("sim:" + kPaperRobot, "sim");
   Course course;
-  int stops = 0;
+  std::shared_ptr<Faults> faults = std::make_shared<Faults>();
 
   Bench() {
     Campaign campaign;
@@ -98,15 +62,10 @@ struct Bench {
     devices.clock->start(course.plan, 0);
   }
 
-  void tracker_fails(Script script) {
-    devices.tracker =
-        std::make_unique<FailingTracker>(std::move(devices.tracker), std::move(script));
+  Outcome walk() {
+    const auto failing = std::make_shared<device::Devices>(with_faults(std::move(devices), faults));
+    return Runner(db, failing, course, surroundings).walk(false, true);
   }
-  void stage_fails(Script script) {
-    devices.stage =
-        std::make_unique<FailingStage>(std::move(devices.stage), std::move(script), stops);
-  }
-  Outcome walk() { return Runner(db, devices, course, surroundings).walk(false, true); }
 
   int attempts_of(int seq, const std::string& status) {
     int n = 0;
@@ -127,10 +86,10 @@ TEST_CASE("a lost beam is tried again, stored as failed, and the readings are th
   REQUIRE(calm.walk().state == State::done);
   const auto expected = by_point(calm.db, "c", "s");
   Bench bench;
-  bench.tracker_fails({{1, Status::beam_broken},
-                       {5, Status::timeout},
-                       {6, Status::unstable},
-                       {13, Status::beam_broken}});
+  bench.faults->measure = at({{1, Status::beam_broken},
+                              {5, Status::timeout},
+                              {6, Status::unstable},
+                              {13, Status::beam_broken}});
   CHECK(bench.walk().state == State::done);
   CHECK(bench.attempts_of(1, "failed") == 1);
   CHECK(bench.attempts_of(4, "failed") == 2);
@@ -145,8 +104,8 @@ TEST_CASE("a lost beam is tried again, stored as failed, and the readings are th
 
 TEST_CASE("a beam that stays lost ends the session after three tries", "[session]") {
   Bench bench;
-  bench.tracker_fails(
-      {{3, Status::beam_broken}, {4, Status::beam_broken}, {5, Status::beam_broken}});
+  bench.faults->measure =
+      at({{3, Status::beam_broken}, {4, Status::beam_broken}, {5, Status::beam_broken}});
   const Outcome outcome = bench.walk();
   CHECK(outcome.state == State::faulted);
   CHECK(outcome.exit_code() == ExitCode::device);
@@ -160,12 +119,13 @@ TEST_CASE("a limit, following error or fault is never tried again, and the stage
           "[session]") {
   for (const Status status : {Status::limit, Status::following_error, Status::fault}) {
     Bench bench;
-    bench.stage_fails({{4, status}});
+    bench.faults->move = at({{4, status}});
     const Outcome outcome = bench.walk();
     CHECK(outcome.state == State::faulted);
     CHECK(outcome.n_stored == 3);
     CHECK(bench.attempts_of(4, "failed") == 1);
-    CHECK(bench.stops == 1);
+    CHECK(bench.faults->stops == 1);
+    CHECK(bench.faults->calls_before_stop == 0);
     CHECK(store::get_session(bench.db, bench.course.session.id).last_event == "faulted");
   }
 }

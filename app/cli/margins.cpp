@@ -1,0 +1,17 @@
+#include "app/cli/margins.hpp"
+
+namespace trammel::cli {
+
+void margin_options(CLI::App& command, CheckOptions& check) {
+  const auto option = [&](const char* name, double& value, const char* what) {
+    command.add_option(name, value, what)->capture_default_str();
+  };
+  option("--limit-margin", check.limit_margin_mm, "free stroke, mm");
+  option("--singularity-margin", check.singularity_margin, "0 to 1");
+  option("--link-clearance", check.link_clearance_mm,
+         "between centre lines of links, and of a link and the platform, mm");
+  option("--max-speed", check.max_speed_mm_s, "of a rail, mm/s: a faster stage is refused");
+  option("--max-platform-speed", check.max_platform_mm_s, "of the reflector on the way, mm/s");
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,87 @@
+// Bad conditions are waited out: temperature out of its band, reference points that have drifted.
+
+#include <fmt/format.h>
+
+#include "app/session/runner.hpp"
+
+namespace trammel::session {
+
+namespace {
+
+/// Empty: good. Once suspended, it is good again only well inside.
+std::string out_of_band(double temp_degc, const Policy& policy, bool suspended) {
+  const double inside_k = suspended ? policy.hysteresis_k : 0;
+  if (policy.low_degc && !(temp_degc >= *policy.low_degc + inside_k)) {
+    return fmt::format("{:.2f} degC, at least {:.2f}", temp_degc, *policy.low_degc + inside_k);
+  }
+  if (policy.high_degc && !(temp_degc <= *policy.high_degc - inside_k)) {
+    return fmt::format("{:.2f} degC, at most {:.2f}", temp_degc, *policy.high_degc - inside_k);
+  }
+  return "";
+}
+
+}  // namespace
+
+/// A simulated room does not change by waiting: nobody waits for it.
+void Runner::pass(double seconds) {
+  if (!devices_->simulated) surroundings_.sleep(seconds);
+}
+
+Runner::Found Runner::look_at_conditions(const PlannedPoint& point, bool suspended) {
+  const Policy& policy = course_.settings.policy;
+  if (policy.low_degc || policy.high_degc) {
+    double temp_degc = 0;
+    const Failure failure = hands_.temperature(occasion_of(point), temp_degc);
+    if (failure.any()) return {failure, ""};
+    const std::string bad = out_of_band(temp_degc, policy, suspended);
+    if (!bad.empty()) return {{}, bad};
+  }
+  const bool due = policy.reference_every > 0 && !measured_.empty() &&
+                   (suspended || since_visit_ >= policy.reference_every);
+  if (!due) return {};
+  const double half = suspended ? 0.5 : 1.0;
+  const ReferenceTolerance whole = at_least_noise({.xy_mm = policy.drift_mm});
+  const Visit visit =
+      visit_references(store::SetUp::as_before, {half * whole.xy_mm, half * whole.phi_rad}, point);
+  return {visit.failure, visit.off};
+}
+
+/// False: the session is stopped, faulted, or paused by the operator meanwhile.
+bool Runner::conditions_hold(const PlannedPoint& point) {
+  const Policy& policy = course_.settings.policy;
+  Found found = look_at_conditions(point, false);
+  if (!found.failure.any() && found.bad.empty()) return true;
+  if (!found.failure.any()) {
+    advance(Event::conditions_bad);
+    note("paused", "conditions: " + found.bad);
+    progress_->say("suspended: " + found.bad);
+  }
+  for (double waited_s = 0; !found.failure.any() && !found.bad.empty(); waited_s += policy.poll_s) {
+    const Wish wish = wishes_.now();
+    const bool tired = waited_s >= policy.patience_s;
+    if (wish >= Wish::stop || tired) {
+      if (tired) {
+        detail_ = fmt::format("conditions stayed bad for {:g} s: {}", waited_s, found.bad);
+      }
+      advance(Event::stop_asked);
+      return false;
+    }
+    if (wish == Wish::pause) {
+      note("paused", "by the operator");
+      return false;
+    }
+    pass(policy.poll_s);
+    found = look_at_conditions(point, true);
+  }
+  if (found.failure.any()) {
+    static_cast<void>(hands_.stop());
+    end_with(found.failure, "conditions");
+    return false;
+  }
+  advance(Event::conditions_good);
+  note("resumed", "conditions are good again");
+  progress_->say("conditions are good again");
+  return true;
+}
+
+}  // namespace trammel::session

@@ -1,0 +1,93 @@
+#pragma once
+// Everything a runner does with devices goes through here: each move is checked when it is sent,
+// the beam is watched on the way, no call waits longer than its deadline, and no number that is not
+// one gets in or out.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "app/device/device.hpp"
+#include "app/session/policy.hpp"
+#include "app/session/watchdog.hpp"
+#include "core/error.hpp"
+#include "core/plan/check.hpp"
+
+namespace trammel::session {
+
+/// Why something did not succeed.
+struct [[nodiscard]] Failure {
+  enum class Cause {
+    none,
+    device,     // as `status` says; may be tried again where its rule allows
+    hung,       // a call did not return: never again
+    unsafe,     // what was to be sent, or what was measured, is outside what was checked
+    storage,    // the database did not take it
+    cancelled,  // the operator wants it to stop at once
+  };
+  Cause cause = Cause::none;
+  device::Status status = device::Status::ok;
+  std::string detail = {};
+
+  [[nodiscard]] bool any() const { return cause != Cause::none; }
+  /// "beam broken: stopped on the way"
+  [[nodiscard]] std::string words() const;
+  [[nodiscard]] ExitCode exit_code() const;
+};
+Failure unsafe(std::string detail);
+
+/// Where rails stand and where their last moves began.
+struct Standing {
+  Displacements l_mm = Displacements::Zero();
+  Displacements from_mm = Displacements::Zero();
+};
+
+/// Proof: faults_test.cpp, watchdog_test.cpp, safety_test.cpp.
+class Hands {
+ public:
+  /// `meanwhile` is asked while a call is waited for; true: stop at once.
+  Hands(std::shared_ptr<device::Devices> devices, const CheckOptions& check,
+        const Deadlines& deadlines, std::function<bool()> meanwhile);
+
+  /// Where a stage stands that has just been homed.
+  [[nodiscard]] const Standing& home_place() const { return home_; }
+  [[nodiscard]] const Standing& place() const { return place_; }
+  /// False after a move that was cut off: it is not known how the rails came to where they are.
+  [[nodiscard]] bool on_course() const { return on_course_; }
+
+  /// Where the stage said it stands after the last move.
+  [[nodiscard]] const Displacements& encoder_mm() const { return encoder_mm_; }
+
+  Failure home();
+  /// Refuses, before anything is sent: not finite, out of the stroke, near a singular pose, links
+  /// too close, too fast, at the end or on the way.
+  Failure move(const Displacements& to_mm);
+  /// First of all when something is wrong. A stage that does not answer is said in the failure.
+  Failure stop();
+  Failure beam();
+  Failure temperature(const device::Occasion& occasion, double& temp_degc);
+  Failure measure(const device::Occasion& occasion, device::PoseReport& seen);
+
+ private:
+  template <class Report>
+  Failure call(const char* what, double deadline_s, Report& report,
+               std::function<Report(device::Devices&)> ask);
+  void stand_at(const Displacements& l_mm);
+
+  std::shared_ptr<device::Devices> devices_;
+  CheckOptions check_;
+  Deadlines deadlines_;
+  std::function<bool()> meanwhile_;
+  std::shared_ptr<std::atomic<bool>> cancelled_ = std::make_shared<std::atomic<bool>>(false);
+  Watchdog calls_;
+  Watchdog stops_;  // a stage must be stoppable while another call hangs
+  Standing home_;
+  Standing place_;
+  Displacements encoder_mm_ = Displacements::Zero();
+  Pose pose_;  // near it: where the search for the next begins
+  bool on_course_ = false;
+  bool hung_ = false;
+};
+
+}  // namespace trammel::session

@@ -1,0 +1,239 @@
+// One point: the way to it, the reading, what is tried again and what is not.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/session/runner.hpp"
+#include "app/session/side_file.hpp"
+#include "core/mechanism/inverse.hpp"
+
+namespace trammel::session {
+
+namespace {
+
+using Cause = Failure::Cause;
+
+constexpr std::uint64_t kReadingsPerSession = 10'000'000;
+constexpr double kBeamPollS = 1;
+
+double deviation_mm(const Reading& reading) {
+  const Pose& m = *reading.measured;
+  return std::hypot(m.x_mm - reading.target.x_mm, m.y_mm - reading.target.y_mm);
+}
+
+}  // namespace
+
+Standing Runner::start_of(const PlannedPoint& point) const {
+  const auto before = stood_.find(point.seq - 1);
+  return before == stood_.end() ? hands_.home_place() : before->second;
+}
+
+/// Where the plan has the stage before this point, however it came here: a repeated try or a resume
+/// approaches from the same side as an undisturbed walk.
+Failure Runner::stand_before(const PlannedPoint& point) {
+  const Standing start = start_of(point);
+  const Standing& now = hands_.place();
+  if (hands_.on_course() && now.l_mm == start.l_mm && now.from_mm == start.from_mm) return {};
+  if (start.l_mm == hands_.home_place().l_mm) return hands_.home();
+  const Failure failure = hands_.move(start.from_mm);
+  return failure.any() ? failure : hands_.move(start.l_mm);
+}
+
+device::Occasion Runner::occasion_of(const PlannedPoint& point) {
+  return {.reading = static_cast<std::uint64_t>(course_.settings.ordinal) * kReadingsPerSession +
+                     static_cast<std::uint64_t>(point.seq),
+          .time_s = devices_->clock->time_s(point),
+          .epoch = epoch_.number};
+}
+
+Failure Runner::drive(const PlannedPoint& point, const device::Occasion& occasion,
+                      Reading& reading) {
+  Failure failure = stand_before(point);
+  if (failure.any()) return failure;
+  double temp_degc = 0;
+  failure = hands_.temperature(occasion, temp_degc);
+  if (failure.any()) return failure;
+  const Standing at = hands_.place();
+  const InverseResult cmd = commanded(course_.correction, devices_->mechanism,
+                                      {.target = point.target,
+                                       .from_mm = at.l_mm,
+                                       .approach = point.approach,
+                                       .epoch = epoch_.number,
+                                       .time_s = occasion.time_s,
+                                       .temp_degc = temp_degc});
+  const Displacements& planned = course_.planned_mm[static_cast<std::size_t>(point.seq) - 1];
+  if (!cmd.ok() || !((cmd.l_mm - planned).cwiseAbs().maxCoeff() <= kMaxFromPlannedMm)) {
+    return unsafe(
+        fmt::format("the command is more than {} mm from what was checked", kMaxFromPlannedMm));
+  }
+  const PlannedMove way = planned_move(course_.plan, point, cmd.l_mm, at.l_mm, at.from_mm);
+  if (way.pre_position) failure = hands_.move(way.pre_mm);
+  if (!failure.any()) failure = hands_.move(cmd.l_mm);
+  reading.conditions.cmd_mm = cmd.l_mm;
+  reading.conditions.from_mm = way.from_mm;
+  return failure;
+}
+
+/// The beam is asked for before and after: a reading during which it was lost is none.
+Failure Runner::read(const device::Occasion& occasion, store::NewReading& stored) {
+  Reading& reading = stored.reading;
+  double temp_degc = 0;
+  device::PoseReport seen;
+  Failure failure = hands_.temperature(occasion, temp_degc);
+  if (!failure.any()) failure = hands_.measure(occasion, seen);
+  if (!failure.any()) failure = hands_.beam();
+  if (failure.any()) return failure;
+  reading.conditions.epoch = occasion.epoch;
+  reading.conditions.time_s = occasion.time_s;
+  reading.conditions.temp_degc = temp_degc;
+  reading.measured = seen.pose;
+  stored.encoder_mm = hands_.encoder_mm();
+  if (!seen.raw_reply.empty()) stored.raw_reply = seen.raw_reply;
+  return judge(stored);
+}
+
+/// Commanded against measured. A robot that is not where it was sent is not sent any further.
+Failure Runner::judge(const store::NewReading& stored) const {
+  const double gate_mm = course_.settings.policy.gate_mm;
+  const double rails_mm =
+      (*stored.encoder_mm - stored.reading.conditions.cmd_mm).cwiseAbs().maxCoeff();
+  if (!(rails_mm <= gate_mm)) {
+    return unsafe(
+        fmt::format("a rail stands {:.3f} mm from its command (gate {:g} mm)", rails_mm, gate_mm));
+  }
+  const double off_mm = deviation_mm(stored.reading);
+  if (!(off_mm <= gate_mm)) {
+    return unsafe(fmt::format("the platform was measured {:.3f} mm from its target (gate {:g} mm)",
+                              off_mm, gate_mm));
+  }
+  return {};
+}
+
+Failure Runner::try_point(const PlannedPoint& point, store::NewReading& stored) {
+  const device::Occasion occasion = occasion_of(point);
+  stored.reading.set = point.set;
+  stored.reading.target = point.target;
+  Failure failure = drive(point, occasion, stored.reading);
+  if (failure.any()) return failure;
+  advance(Event::in_position);
+  failure = hands_.beam();
+  if (failure.any()) return failure;
+  advance(Event::settled);
+  if (wishes_.now() == Wish::stop_now) return {Cause::cancelled, device::Status::fault, ""};
+  return read(occasion, stored);
+}
+
+/// Readings and attempt = ok in one transaction. Returns the reading's number.
+int Runner::commit(const Task& task, store::Id attempt, const store::NewReading& reading) {
+  const std::string walk = task.walks ? trail_ + " > " + name_of(State::stored) : "";
+  try {
+    return store::finish_attempt(connection_, attempt, {reading}, walk).front();
+  } catch (const StoreError& error) {
+    static_cast<void>(hands_.stop());  // motion first, then the record
+    const auto file = side_file(connection_.file(), course_.campaign.uuid);
+    ErrorText text = error.text();
+    try {
+      keep_aside(file, {.campaign_uuid = course_.campaign.uuid,
+                        .session = task.session_name,
+                        .point_seq = task.seq,
+                        .epoch = task.epoch.number,
+                        .reading = reading});
+      text.hint += fmt::format(
+          "{}the reading of point {} is kept in {}: `trammel session recover {}` takes it in",
+          text.hint.empty() ? "" : "; ", task.seq, file.string(), course_.campaign.name);
+    } catch (const StoreError& second) {
+      text.what += fmt::format("; the reading of point {} could not be kept aside either ({})",
+                               task.seq, second.what());
+    }
+    throw StoreError(text);
+  }
+}
+
+Failure Runner::try_hard(const Task& task, store::NewReading& reading) {
+  std::map<device::Status, int> failures;
+  for (int tries = 1;; ++tries) {
+    const store::Id attempt =
+        store::begin_attempt(connection_, task.session, task.seq, task.epoch.id);
+    if (task.walks) {
+      try_began_ = std::chrono::steady_clock::now();
+      trail_ = fmt::format("point {}, try {}: {}", task.seq, tries, name_of(state_));
+      advance(Event::move_begun);
+    }
+    reading = {};
+    Failure failure = task.once(reading);
+    if (!failure.any()) {
+      reading.reading.seq = commit(task, attempt, reading);
+      if (task.walks) advance(Event::committed);
+      trail_.clear();
+      return {};
+    }
+    const Failure stopped = hands_.stop();  // motion first, then the record
+    if (stopped.any()) {
+      failure.detail = failure.words() + "; " + stopped.words();
+      failure.cause = Cause::hung;
+    }
+    const int most = tries_for(failure.status);
+    const bool again = failure.cause == Cause::device && ++failures[failure.status] < most;
+    const bool cancelled = failure.cause == Cause::cancelled;
+    if (task.walks) {
+      advance(again ? Event::try_again : cancelled ? Event::stop_asked : Event::failed);
+    }
+    store::fail_attempt(connection_, attempt, failure.words(), trail_);
+    trail_.clear();
+    if (again) {
+      progress_->say(fmt::format("point {}: {}; tried again", task.seq, failure.words()));
+      const Failure waited = wait_for_another_try(failure);
+      if (!waited.any()) continue;
+      return waited;
+    }
+    if (failure.cause == Cause::device) {
+      failure.detail += fmt::format(" (try {} of {})", failures[failure.status], most);
+    }
+    return failure;
+  }
+}
+
+/// The reflector is given time to be found again.
+Failure Runner::wait_for_another_try(const Failure& failure) {
+  const Policy& policy = course_.settings.policy;
+  const bool lost = failure.status == device::Status::beam_broken;
+  const double patience_s = lost ? policy.beam_patience_s : policy.retry_wait_s;
+  for (double waited_s = 0; waited_s < patience_s; waited_s += kBeamPollS) {
+    if (asked_to_stop()) return {Cause::cancelled, device::Status::fault, ""};
+    if (lost) {
+      const Failure beam = hands_.beam();
+      if (!beam.any()) return {};
+      if (beam.cause != Cause::device) return beam;
+    }
+    pass(std::min(kBeamPollS, patience_s - waited_s));
+  }
+  return {};
+}
+
+bool Runner::measure_point(const PlannedPoint& point) {
+  const Task task{.session = course_.session.id,
+                  .session_name = course_.session.name,
+                  .seq = point.seq,
+                  .epoch = epoch_,
+                  .walks = true,
+                  .once = [&](store::NewReading& reading) { return try_point(point, reading); }};
+  store::NewReading stored;
+  const Failure failure = try_hard(task, stored);
+  if (failure.any()) {
+    end_with(failure, fmt::format("point {}", point.seq));
+    return false;
+  }
+  stood_[point.seq] = {stored.reading.conditions.cmd_mm, stored.reading.conditions.from_mm};
+  measured_.insert_or_assign(
+      point.seq,
+      store::StoredReading{.session_id = task.session, .attempt_id = std::nullopt, .data = stored});
+  ++n_stored_;
+  ++since_visit_;
+  if (surroundings_.stored) surroundings_.stored(n_stored_);
+  progress_->stored(deviation_mm(stored.reading));
+  return true;
+}
+
+}  // namespace trammel::session

@@ -1,0 +1,268 @@
+#include "app/session/status.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+
+#include "app/exchange/numbers.hpp"
+#include "app/session/settings.hpp"
+#include "core/units.hpp"
+#include "store/clock.hpp"
+#include "store/session.hpp"
+
+namespace trammel::session {
+
+namespace {
+
+constexpr double kLeastStallS = 60;
+constexpr double kStallPoints = 5;  // of the usual time per point
+constexpr const char* kReferencePlan = "reference points";
+
+int digits(const std::string& text, std::size_t at, std::size_t n) {
+  int value = -1;
+  if (at + n <= text.size()) std::from_chars(text.data() + at, text.data() + at + n, value);
+  return value;
+}
+
+/// "2026-11-27T14:04:51.123Z" as milliseconds since 1970.
+std::int64_t milliseconds(const std::string& utc) {
+  using namespace std::chrono;
+  const int y = digits(utc, 0, 4), mo = digits(utc, 5, 2), d = digits(utc, 8, 2);
+  const int h = digits(utc, 11, 2), mi = digits(utc, 14, 2), s = digits(utc, 17, 2);
+  const int ms = utc.size() > 20 ? digits(utc, 20, 3) : 0;
+  const year_month_day date{year(y), month(static_cast<unsigned>(mo)),
+                            day(static_cast<unsigned>(d))};
+  if (y < 0 || h < 0 || mi < 0 || s < 0 || ms < 0 || !date.ok()) {
+    throw StoreError({.what = "a stored time cannot be read", .got = utc});
+  }
+  const std::int64_t days = sys_days(date).time_since_epoch().count();
+  return ((days * 24 + h) * 60 + mi) * 60'000 + s * 1000 + ms;
+}
+
+std::string class_of(const std::string& detail) {
+  for (const device::Status status :
+       {device::Status::beam_broken, device::Status::timeout, device::Status::unstable,
+        device::Status::limit, device::Status::following_error, device::Status::fault}) {
+    if (detail.starts_with(device::name_of(status))) return device::name_of(status);
+  }
+  return "other";
+}
+
+/// The time a point takes: median of the last ones, by when they were closed.
+std::optional<double> time_per_point(const std::vector<store::Attempt>& attempts) {
+  std::vector<double> gaps;
+  std::string before;
+  for (const store::Attempt& a : attempts) {
+    if (a.status != "ok") continue;
+    if (!before.empty()) gaps.push_back(seconds_between(before, a.closed_utc));
+    before = a.closed_utc;
+  }
+  if (gaps.empty()) return std::nullopt;
+  if (gaps.size() > SessionStatus::kLast)
+    gaps.erase(gaps.begin(), gaps.end() - SessionStatus::kLast);
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return *middle;
+}
+
+void take_attempts(const std::vector<store::Attempt>& attempts, SessionStatus& status) {
+  for (const store::Attempt& a : attempts) {
+    status.epoch = std::max(status.epoch, a.epoch);
+    status.last_utc = std::max({status.last_utc, a.opened_utc, a.closed_utc});
+    if (a.status == "failed") ++status.retries[class_of(a.detail)];
+    if (a.status == "interrupted") ++status.n_interrupted;
+  }
+  status.seconds_per_point = time_per_point(attempts);
+}
+
+void take_events(const std::vector<store::Event>& events, const store::SessionRow& row,
+                 SessionStatus& status) {
+  if (!events.empty()) status.started_utc = events.front().at_utc;
+  for (const store::Event& event : events) {
+    status.last_utc = std::max(status.last_utc, event.at_utc);
+    if (event.kind == row.last_event) status.detail = event.detail;
+  }
+}
+
+Eigen::Vector3d off(const Pose& measured, const Pose& from) {
+  return measured.vector() - from.vector();
+}
+
+/// Attempts that are ok, to the point they measured.
+std::map<store::Id, int> points_of(const std::vector<store::Attempt>& attempts) {
+  std::map<store::Id, int> seq_of;
+  for (const store::Attempt& a : attempts) {
+    if (a.status == "ok") seq_of[a.id] = a.point_seq;
+  }
+  return seq_of;
+}
+
+using First = std::map<int, Pose>;  // of each point
+
+First take_deviations(store::Connection& connection, store::Id campaign, store::Id session,
+                      const std::vector<store::Attempt>& attempts, SessionStatus& status) {
+  First first;
+  const auto seq_of = points_of(attempts);
+  for (const store::StoredReading& r : store::readings(connection, campaign, {session})) {
+    const Reading& reading = r.data.reading;
+    if (!r.attempt_id || !seq_of.contains(*r.attempt_id) || !reading.measured) continue;
+    const int point = seq_of.at(*r.attempt_id);
+    first.emplace(point, *reading.measured);
+    const Eigen::Vector3d d = off(*reading.measured, reading.target);
+    status.last.push_back({point, d[0], d[1], deg_from_rad(d[2]), std::hypot(d[0], d[1])});
+  }
+  if (status.last.size() > SessionStatus::kLast) {
+    status.last.erase(status.last.begin(), status.last.end() - SessionStatus::kLast);
+  }
+  return first;
+}
+
+void take_drift(store::Connection& connection, const store::SessionRow& visit, const First& first,
+                SessionStatus& status) {
+  constexpr std::string_view kRole = "reference to point ";
+  std::map<int, int> to;  // seq of the visit's point -> of the session's
+  for (const store::Point& p : store::points(connection, visit.id)) {
+    if (!p.role.starts_with(kRole)) continue;
+    if (const auto seq = parse_integer(std::string_view(p.role).substr(kRole.size())))
+      to[p.seq] = *seq;
+  }
+  const auto attempts = store::attempts(connection, visit.id);
+  std::map<store::Id, const store::Attempt*> by_id;
+  for (const store::Attempt& a : attempts) by_id[a.id] = &a;
+  for (const store::StoredReading& r : store::readings(connection, visit.campaign_id, {visit.id})) {
+    if (!r.attempt_id || !r.data.reading.measured) continue;
+    const store::Attempt& a = *by_id.at(*r.attempt_id);
+    status.last_utc = std::max(status.last_utc, a.closed_utc);
+    if (!to.contains(a.point_seq) || !first.contains(to[a.point_seq])) continue;
+    const int point = to[a.point_seq];
+    const Eigen::Vector3d d = off(*r.data.reading.measured, first.at(point));
+    status.drift.push_back(
+        {point, a.epoch, a.closed_utc, d[0], d[1], deg_from_rad(d[2]), std::hypot(d[0], d[1])});
+  }
+}
+
+std::string state_of(const store::SessionRow& row, bool running) {
+  if (row.last_event == "done" || row.last_event == "stopped" || row.last_event == "faulted") {
+    return row.last_event;
+  }
+  if (!running) return "interrupted";
+  return row.last_event == "paused" ? "paused" : "running";
+}
+
+void judge_time(SessionStatus& status) {
+  if (status.last_utc.empty()) return;
+  status.silent_s = std::max(0.0, seconds_between(status.last_utc, status.now_utc));
+  const double usual_s = status.seconds_per_point.value_or(0);
+  status.stall_after_s = std::max(kLeastStallS, kStallPoints * usual_s);
+  status.stalled = status.state == "running" && status.silent_s > status.stall_after_s;
+  const bool goes_on = status.state == "running" || status.state == "paused";
+  if (goes_on && status.seconds_per_point) {
+    status.left_s = usual_s * (status.n_points - status.n_ok);
+  }
+}
+
+}  // namespace
+
+double seconds_between(const std::string& from_utc, const std::string& to_utc) {
+  return static_cast<double>(milliseconds(to_utc) - milliseconds(from_utc)) / 1000;
+}
+
+SessionStatus status_of(store::Connection& connection, const store::CampaignRow& campaign,
+                        const std::string& session, std::optional<int> process,
+                        const std::string& now_utc) {
+  const auto row = store::find_session(connection, campaign.id, session);
+  if (!row) {
+    throw NotFoundError({.what = "the campaign has no such session",
+                         .where = {.field = "session"},
+                         .got = session,
+                         .hint = "see `trammel session status`"});
+  }
+  SessionStatus status;
+  status.campaign = campaign.name;
+  status.simulated = campaign.simulated;
+  status.session = row->name;
+  status.plan = row->plan_name;
+  status.compensated = row->compensation_job.has_value();
+  status.n_points = row->n_points;
+  status.n_ok = row->n_ok;
+  const bool current = process && current_session(connection, campaign) == session;
+  if (current) status.process = process;
+  status.state = state_of(*row, current);
+  status.now_utc = now_utc.empty() ? store::utc_now() : now_utc;
+  const auto attempts = store::attempts(connection, row->id);
+  take_attempts(attempts, status);
+  take_events(store::events(connection, row->id), *row, status);
+  const First first = take_deviations(connection, campaign.id, row->id, attempts, status);
+  for (const store::SessionRow& visit : store::list_sessions(connection, campaign.id)) {
+    if (visit.plan_name != kReferencePlan) continue;
+    if (visit.name.starts_with(session + ", reference ")) {
+      take_drift(connection, visit, first, status);
+    }
+  }
+  judge_time(status);
+  return status;
+}
+
+std::optional<std::string> current_session(store::Connection& connection,
+                                           const store::CampaignRow& campaign) {
+  std::optional<std::string> last;
+  store::Id last_event = -1;
+  for (const store::SessionRow& row : store::list_sessions(connection, campaign.id)) {
+    if (!has_settings(row.settings_json)) continue;
+    const auto events = store::events(connection, row.id);
+    const store::Id id = events.empty() ? 0 : events.back().id;
+    if (id < last_event) continue;
+    last_event = id;
+    last = row.name;
+  }
+  return last;
+}
+
+nlohmann::ordered_json status_json(const SessionStatus& s) {
+  using Json = nlohmann::ordered_json;
+  Json last = Json::array(), drift = Json::array();
+  for (const SessionStatus::Deviation& d : s.last) {
+    last.push_back({{"point", d.point},
+                    {"x_mm", d.x_mm},
+                    {"y_mm", d.y_mm},
+                    {"phi_deg", d.phi_deg},
+                    {"position_mm", d.position_mm}});
+  }
+  for (const SessionStatus::Drift& d : s.drift) {
+    drift.push_back({{"point", d.point},
+                     {"epoch", d.epoch},
+                     {"at_utc", d.at_utc},
+                     {"x_mm", d.x_mm},
+                     {"y_mm", d.y_mm},
+                     {"phi_deg", d.phi_deg},
+                     {"position_mm", d.position_mm}});
+  }
+  Json json = {{"campaign", s.campaign},
+               {"simulated", s.simulated},
+               {"session", s.session},
+               {"plan", s.plan},
+               {"state", s.state},
+               {"detail", s.detail},
+               {"compensated", s.compensated},
+               {"n_points", s.n_points},
+               {"n_ok", s.n_ok},
+               {"epoch", s.epoch},
+               {"now_utc", s.now_utc},
+               {"started_utc", s.started_utc},
+               {"last_utc", s.last_utc},
+               {"silent_s", s.silent_s},
+               {"stalled", s.stalled},
+               {"stall_after_s", s.stall_after_s},
+               {"retries", s.retries},
+               {"n_interrupted", s.n_interrupted},
+               {"last", last},
+               {"drift", drift}};
+  if (s.process) json["process"] = *s.process;
+  if (s.seconds_per_point) json["seconds_per_point"] = *s.seconds_per_point;
+  if (s.left_s) json["left_s"] = *s.left_s;
+  return json;
+}
+
+}  // namespace trammel::session

@@ -1,0 +1,79 @@
+// A session's status for a terminal.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/cli/context.hpp"
+#include "app/session/progress.hpp"
+#include "app/session/status.hpp"
+
+namespace trammel::session {
+
+namespace {
+
+constexpr std::size_t kShown = 5;  // deviations and drifts
+
+std::string rule(int width, const std::string& word) {
+  const auto left =
+      static_cast<std::size_t>(std::max(2, (width - static_cast<int>(word.size()) - 2) / 2));
+  return std::string(left, '=') + " " + word + " " + std::string(left, '=') + "\n";
+}
+
+std::string bar(const SessionStatus& s, int width) {
+  const int room = std::clamp(width - 30, 10, 60);
+  const int full = s.n_points > 0 ? room * s.n_ok / s.n_points : 0;
+  return "[" + std::string(static_cast<std::size_t>(full), '#') +
+         std::string(static_cast<std::size_t>(room - full), '.') + "]";
+}
+
+std::string times(const SessionStatus& s) {
+  std::string text;
+  if (s.left_s) text += ", " + clock_text(*s.left_s) + " left";
+  if (s.seconds_per_point) text += fmt::format(", {:.3g} s a point", *s.seconds_per_point);
+  return text;
+}
+
+std::string retries(const SessionStatus& s) {
+  std::string text;
+  for (const auto& [what, n] : s.retries)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", n, what);
+  if (s.n_interrupted > 0)
+    text += fmt::format("{}{} interrupted", text.empty() ? "" : ", ", s.n_interrupted);
+  return "failed tries: " + (text.empty() ? "none" : text) + "\n";
+}
+
+}  // namespace
+
+std::string status_text(const SessionStatus& s, int width) {
+  std::string text;
+  if (s.simulated) text += rule(width, "SIMULATED");
+  text +=
+      fmt::format("{} / {}: {}", cli::printable(s.campaign), cli::printable(s.session), s.state);
+  if (s.process) text += fmt::format(" (process {})", *s.process);
+  text += "\n";
+  if (!s.detail.empty()) text += "  " + cli::printable(s.detail) + "\n";
+  text += fmt::format("{} {}/{}{}\n", bar(s, width), s.n_ok, s.n_points, times(s));
+  if (s.stalled) {
+    text += fmt::format("STALLED: nothing was stored for {} (alarm after {})\n",
+                        clock_text(s.silent_s), clock_text(s.stall_after_s));
+  }
+  text += retries(s);
+  if (!s.last.empty()) text += "last deviations      dx mm      dy mm   dphi deg    |d| mm\n";
+  const std::size_t from = s.last.size() - std::min(s.last.size(), kShown);
+  for (std::size_t k = from; k < s.last.size(); ++k) {
+    const auto& d = s.last[k];
+    text += fmt::format("  point {:<8} {:>10.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point, d.x_mm,
+                        d.y_mm, d.phi_deg, d.position_mm);
+  }
+  if (!s.drift.empty()) text += "reference points     dx mm      dy mm   dphi deg    |d| mm\n";
+  const std::size_t first = s.drift.size() - std::min(s.drift.size(), kShown);
+  for (std::size_t k = first; k < s.drift.size(); ++k) {
+    const auto& d = s.drift[k];
+    text += fmt::format("  {:<5} epoch {:<3} {:>9.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point,
+                        d.epoch, d.x_mm, d.y_mm, d.phi_deg, d.position_mm);
+  }
+  return text;
+}
+
+}  // namespace trammel::session

@@ -1,0 +1,128 @@
+#include "app/session/status.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/session/wishes.hpp"
+#include "tests/app/session/faulty_devices.hpp"
+#include "tests/app/session/session_fixture.hpp"
+#include "tests/support/catch.hpp"
+
+namespace trammel::session {
+
+using namespace tests;
+using device::Status;
+
+TEST_CASE("a status counts what happened: points, failed tries by class, deviations, drift",
+          "[session]") {
+  const TemporaryFolder folder;
+  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
+  const auto faults = std::make_shared<Faults>();
+  faults->measure = [](int call) {
+    return call == 2 || call == 3 ? Status::beam_broken : call == 6 ? Status::unstable : Status::ok;
+  };
+  Surroundings around;
+  around.open = opening(faults);
+  int stored = 0;
+  around.stored = [&](int n) { stored = n; };
+  around.stop_signals = [&] { return stored >= 9 ? 1 : 0; };
+  REQUIRE(run(db, request_for(small_plan()), around).state == State::stopped);
+  const auto campaign = store::require_campaign(db, "c");
+  SessionStatus status = status_of(db, campaign, "s", std::nullopt);
+  CHECK(status.simulated);
+  CHECK(status.state == "stopped");
+  CHECK(status.n_ok == 9);
+  CHECK(status.n_points == 16);
+  CHECK(status.retries == std::map<std::string, int>{{"beam broken", 2}, {"unstable", 1}});
+  CHECK(status.last.size() == 9);
+  CHECK(status.drift.empty());
+  CHECK_FALSE(status.left_s);
+  const auto readings = by_point(db, "c", "s");
+  for (const auto& d : status.last) {
+    const Reading& r = readings.at(d.point);
+    CHECK(d.x_mm == r.measured->x_mm - r.target.x_mm);
+    CHECK(d.position_mm == std::hypot(d.x_mm, d.y_mm));
+  }
+  REQUIRE(resume(db, "c", "s", {}).state == State::done);
+  status = status_of(db, campaign, "s", std::nullopt);
+  CHECK(status.state == "done");
+  CHECK(status.epoch == 2);
+  REQUIRE(status.drift.size() == 3);
+  for (const auto& d : status.drift) {
+    CHECK(d.epoch == 2);
+    CHECK(d.position_mm > 0);
+    CHECK(d.position_mm < 0.1);  // the virtual robot comes back; what is left is noise
+  }
+  CHECK(current_session(db, campaign) == "s");
+}
+
+TEST_CASE("a runner that says nothing for too long is stalled; one that is paused is not",
+          "[session]") {
+  const TemporaryFolder folder;
+  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
+  Surroundings around;
+  std::optional<SessionStatus> running, stalled, paused;
+  const auto look = [&](double later_s) {
+    const auto campaign = store::require_campaign(db, "c");
+    const std::string last = status_of(db, campaign, "s", 1).last_utc;
+    std::string then = last;
+    // The same day is enough: minutes are added within the hour, hours within the day.
+    const int minutes = std::stoi(last.substr(14, 2)) + static_cast<int>(later_s / 60);
+    const int hours = std::stoi(last.substr(11, 2)) + minutes / 60;
+    if (hours > 23) return std::optional<SessionStatus>{};
+    then.replace(11, 5, fmt::format("{:02}:{:02}", hours, minutes % 60));
+    return std::optional(status_of(db, campaign, "s", 1, then));
+  };
+  around.stored = [&](int n) {
+    if (n == 10) {
+      running = look(0);
+      stalled = look(120);
+      const auto id = store::find_session(db, store::require_campaign(db, "c").id, "s")->id;
+      ask(db, id, Wish::pause);
+    }
+  };
+  around.sleep = [&](double) {
+    if (!paused) paused = look(120);
+    ask(db, store::find_session(db, store::require_campaign(db, "c").id, "s")->id, Wish::go_on);
+  };
+  REQUIRE(run(db, request_for(small_plan()), around).state == State::done);
+  REQUIRE(running);
+  CHECK(running->state == "running");
+  CHECK(running->process == 1);
+  CHECK_FALSE(running->stalled);
+  REQUIRE(running->left_s);
+  CHECK_THAT(*running->left_s, WithinAbs(6 * *running->seconds_per_point, 1e-9));
+  if (!stalled || !paused) return;  // around midnight
+  CHECK(stalled->stalled);
+  CHECK(stalled->silent_s >= 60);
+  CHECK_THAT(status_text(*stalled), Contains("STALLED"));
+  CHECK(paused->state == "paused");
+  CHECK_FALSE(paused->stalled);
+}
+
+TEST_CASE("what a terminal is shown says SIMULATED large, and acts on nothing it is given",
+          "[session]") {
+  SessionStatus status;
+  status.simulated = true;
+  status.campaign = "\x1b[2Jevil";
+  status.session = "s\r\n";
+  status.state = "running";
+  status.detail = "\x07 beep";
+  status.n_points = 10;
+  status.n_ok = 4;
+  const std::string text = status_text(status, 72);
+  CHECK_THAT(text, Contains("= SIMULATED ="));
+  CHECK_THAT(text, Contains("4/10"));
+  for (const char c : text) CHECK((c == '\n' || static_cast<unsigned char>(c) >= 0x20));
+  status.simulated = false;
+  CHECK_THAT(status_text(status), !Contains("SIMULATED"));
+}
+
+TEST_CASE("seconds between two stored times, over a leap day and a year's end", "[session]") {
+  CHECK(seconds_between("2024-02-28T23:59:59.500Z", "2024-03-01T00:00:00.250Z") == 86400.75);
+  CHECK(seconds_between("2026-12-31T23:59:59.000Z", "2027-01-01T00:00:00.000Z") == 1);
+  CHECK_THROWS_AS(seconds_between("yesterday", "2027-01-01T00:00:00.000Z"), StoreError);
+}
+
+}  // namespace trammel::session
