@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/session/runner.hpp"
 
 namespace trammel::session {
 
 namespace {
+
+constexpr double kSliceS = 0.2;
 
 /// Empty: good. Once suspended, it is good again only well inside.
 std::string out_of_band(double temp_degc, const Policy& policy, bool suspended) {
@@ -22,9 +26,13 @@ std::string out_of_band(double temp_degc, const Policy& policy, bool suspended) 
 
 }  // namespace
 
-/// A simulated room does not change by waiting: nobody waits for it.
+/// A simulated room does not change by waiting: nobody waits for it. Who is asked to stop waits no
+/// longer.
 void Runner::pass(double seconds) {
-  if (!devices_->simulated) surroundings_.sleep(seconds);
+  if (devices_->simulated) return;
+  for (double left = seconds; left > 0 && !asked_to_stop(); left -= kSliceS) {
+    surroundings_.sleep(std::min(kSliceS, left));
+  }
 }
 
 Runner::Found Runner::look_at_conditions(const PlannedPoint& point, bool suspended) {

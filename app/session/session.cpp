@@ -213,9 +213,22 @@ void take_in(store::Connection& connection, const store::CampaignRow& campaign) 
                             "`; move the file away to go on without it"});
 }
 
-double share_left(const Course& course) {
+/// The stored plan, on the stage as it is now.
+Outcome checked_again(const Course& course, const device::Devices& devices) {
   const store::SessionRow& row = course.session;
-  return row.n_points > 0 ? static_cast<double>(row.n_points - row.n_ok) / row.n_points : 0;
+  Outcome outcome{.state = State::planned,
+                  .session_id = row.id,
+                  .n_points = row.n_points,
+                  .n_before = row.n_ok};
+  outcome.violations = check(course.plan, devices.mechanism,
+                             check_for(course.settings.check, devices.motion), course.planned_mm);
+  outcome.state =
+      *next(State::planned, outcome.refused() ? Event::check_failed : Event::check_passed);
+  if (outcome.refused()) outcome.detail = "the plan is not safe; nothing has moved";
+  outcome.estimated_s = (course.settings.end_s - course.settings.start_s) *
+                        (row.n_points - row.n_ok) / std::max(1, row.n_points);
+  outcome.plan_sha256 = course.settings.plan_sha256;
+  return outcome;
 }
 
 }  // namespace
@@ -275,17 +288,7 @@ Outcome dry_resume(store::Connection& connection, const std::string& campaign,
   const Course course =
       stored_course(connection, store::require_campaign(connection, campaign), session);
   if (is_done(course.session)) return done_before(course.session);
-  const auto devices = devices_of(course, surroundings);
-  Outcome outcome{.state = State::planned,
-                  .session_id = course.session.id,
-                  .n_points = course.session.n_points,
-                  .n_before = course.session.n_ok};
-  outcome.violations =
-      check(course.plan, devices->mechanism, course.settings.check, course.planned_mm);
-  if (outcome.violations.empty()) outcome.state = State::checked;
-  outcome.estimated_s = share_left(course) * (course.settings.end_s - course.settings.start_s);
-  outcome.plan_sha256 = course.settings.plan_sha256;
-  return outcome;
+  return checked_again(course, *devices_of(course, surroundings));
 }
 
 Outcome resume(store::Connection& connection, const std::string& campaign,
@@ -296,13 +299,15 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
   Course course = stored_course(connection, owner, session);
   if (is_done(course.session)) return done_before(course.session);
   const auto devices = devices_of(course, surroundings);
+  const Outcome looked = checked_again(course, *devices);
+  if (looked.refused()) return looked;
   course.correction = correction_of(connection, course.session.compensation_job, surroundings);
   devices->clock->start(course.plan, course.settings.start_s);
   store::interrupt_open_attempts(connection, course.session.id,
                                  "the runner ended before it was closed");
   Outcome outcome = Runner(connection, devices, course, surroundings).walk(true, false);
-  outcome.estimated_s = share_left(course) * (course.settings.end_s - course.settings.start_s);
-  outcome.plan_sha256 = course.settings.plan_sha256;
+  outcome.estimated_s = looked.estimated_s;
+  outcome.plan_sha256 = looked.plan_sha256;
   return outcome;
 }
 

@@ -14,6 +14,7 @@
 #include "tests/app/session/faulty_devices.hpp"
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/json_schema.hpp"
 
 namespace trammel::session {
 
@@ -238,6 +239,7 @@ TEST_CASE("a real stage asks for a check of this very plan, on this mechanism, n
   write_plan_record(file, small_plan(), mechanism, lax);
   refused("singularity_margin");
   write_plan_record(file, small_plan(), mechanism, {});
+  CHECK(schema_errors(nlohmann::json::parse(read_text(file)), "plan-record.schema.json") == "");
   CHECK(run(db, request, around).state == State::done);
   folder.write("check.json", "{\"schema\": \"trammel/plan/1\"}");
   CHECK_THROWS_AS(read_plan_record(file), InputError);
