@@ -1,11 +1,15 @@
 #include "app/cli/report.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <sstream>
 
 #include "app/cli/columns.hpp"
+#include "app/exchange/files.hpp"
 #include "app/report/gather.hpp"
+#include "app/report/page/page.hpp"
+#include "app/report/print.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -44,7 +48,24 @@ void print_report(const std::string& campaign, const Context& context) {
 }
 
 ExitCode run_report(const ReportOptions& options, Context& context) {
-  print_report(options.campaign, context);
+  if (options.html.empty()) {
+    print_report(options.campaign, context);
+    return ExitCode::ok;
+  }
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
+  const std::string html = report::page_html(report::page_json(connection, campaign));
+  if (!options.dry_run) write_file_atomically(options.html, html);
+  if (context.json) {
+    Json fields = report::to_json(report::gather(connection, campaign));
+    fields["html"] = {
+        {"file", options.html}, {"n_bytes", html.size()}, {"written", !options.dry_run}};
+    context.print("report", fields);
+  } else {
+    context.print(fmt::format("{}{}: {:.2f} MB, needs a browser and nothing else",
+                              options.dry_run ? "would write " : "", printable(options.html),
+                              static_cast<double>(html.size()) / 1e6));
+  }
   return ExitCode::ok;
 }
 
@@ -53,6 +74,11 @@ void setup_report(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("report", "Accuracy before and after, and what it rests on");
   command->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
+  command
+      ->add_option("--html", options->html,
+                   "Write the report as a page in one file: all figures, for screen and paper")
+      ->type_name("FILE");
+  command->add_flag("--dry-run", options->dry_run, "Make the page and write nothing");
   on_run(*command, context, options, run_report);
 }
 

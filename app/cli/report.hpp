@@ -9,9 +9,12 @@ namespace trammel::cli {
 
 struct ReportOptions {
   std::string campaign;
+  std::string html;  // the page's file; empty: none
+  bool dry_run = false;
 };
 
-/// `report CAMPAIGN`: before and after, for each figure whether in-sample or held-out.
+/// `report CAMPAIGN`: before and after, for each figure whether in-sample or held-out; with --html
+/// as a page in one file.
 void setup_report(CLI::App& app, Context& context);
 ExitCode run_report(const ReportOptions& options, Context& context);
 

@@ -6,9 +6,8 @@
 #include <cmath>
 
 #include "app/exchange/numbers.hpp"
-#include "app/job/next_points_plan.hpp"
 #include "app/report/from_job.hpp"
-#include "app/report/measured.hpp"
+#include "app/report/methods.hpp"
 #include "app/report/remarks.hpp"
 #include "app/report/simulation.hpp"
 #include "core/assess/circle.hpp"
@@ -19,27 +18,6 @@
 namespace trammel::report {
 
 namespace {
-
-using Jobs = std::map<std::string, store::Job>;  // by stage
-
-/// Per stage the job a session was compensated by, else the newest.
-Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Measured& measured) {
-  Jobs jobs;
-  const auto is_used = [&measured](store::Id id) {
-    return std::any_of(measured.walks.begin(), measured.walks.end(),
-                       [id](const Walk& walk) { return walk.session.compensation_job == id; });
-  };
-  for (const store::JobRow& row : store::list_jobs(connection, campaign_id)) {
-    const auto known = jobs.find(row.stage);
-    if (known != jobs.end()) {
-      const bool used = is_used(row.id), known_used = is_used(known->second.id);
-      if (known_used && !used) continue;
-      if (known_used == used && known->second.id > row.id) continue;
-    }
-    jobs.insert_or_assign(row.stage, store::get_job(connection, row.id));
-  }
-  return jobs;
-}
 
 double error_of(const Pose& measured, const Pose& target, bool position) {
   return position ? position_error_mm(measured, target)
@@ -60,16 +38,6 @@ Errors errors_of(const std::vector<Pair>& pairs, bool position) {
   return errors;
 }
 
-bool fitted(const store::Job& job, const Group& group) {
-  const auto& sessions = job.data.sessions;
-  return group.set == ReadingSet::identify &&
-         std::find(sessions.begin(), sessions.end(), group.walk->session.id) != sessions.end();
-}
-
-std::string method_of(const store::Job& job) {
-  return job.data.stage == "diagnose" ? kModel : job.data.stage;
-}
-
 std::optional<Demand> demand_on(const ErrorTable& table, const std::optional<double>& floor_mm) {
   if (table.method != kModel || table.figure != "position" || !floor_mm) return std::nullopt;
   Demand demand;
@@ -79,20 +47,21 @@ std::optional<Demand> demand_on(const ErrorTable& table, const std::optional<dou
   return demand;
 }
 
-void add_tables(Report& report, const Group& group, const store::Job& job, const Paired& paired) {
+void add_tables(Report& report, const Comparison& c) {
+  const Paired& paired = c.paired;
   for (const bool position : {true, false}) {
     const Errors errors = errors_of(paired.pairs, position);
     ErrorTable table;
-    table.method = method_of(job);
+    table.method = method_of(*c.job);
     table.figure = position ? "position" : "attitude";
     table.unit = position ? "mm" : "deg";
     table.id = fmt::format("{}-{}-{}", table.method, paired.pairs.size(), table.figure);
     const bool taken =
         std::any_of(report.tables.begin(), report.tables.end(),
                     [&table](const ErrorTable& other) { return other.id == table.id; });
-    if (taken) table.id += "-" + group.walk->session.name;
-    table.set = group.set == ReadingSet::identify ? "identify" : "validate";
-    table.in_sample = fitted(job, group);
+    if (taken) table.id += "-" + c.group->walk->session.name;
+    table.set = c.group->set == ReadingSet::identify ? "identify" : "validate";
+    table.in_sample = c.in_sample;
     table.after_predicted = paired.predicted;
     table.before = summarise(errors.before);
     table.after = summarise(errors.after);
@@ -134,25 +103,6 @@ std::optional<Contest> contest_of(const std::string& name_a, const Paired& a,
   return contest;
 }
 
-/// Methods in the paper's order, then the others by name.
-std::vector<const store::Job*> in_order(const Jobs& jobs) {
-  std::vector<const store::Job*> order;
-  const std::vector<std::string> first = {"lsq", "idw", "rbf"};
-  for (const std::string& stage : first) {
-    if (const auto job = jobs.find(stage); job != jobs.end()) order.push_back(&job->second);
-  }
-  for (const auto& [stage, job] : jobs) {
-    if (std::find(first.begin(), first.end(), stage) == first.end()) order.push_back(&job);
-  }
-  return order;
-}
-
-/// A map meets its own samples by construction: only "measured again" says something there.
-bool worth_showing(const store::Job& job, const Group& group, const Paired& paired) {
-  const bool map = job.data.stage == "idw" || job.data.stage == "rbf";
-  return !paired.pairs.empty() && !(map && fitted(job, group) && paired.predicted);
-}
-
 CircleDeviation deviation(const FittedCircle& seen, const FittedCircle& wanted) {
   return {seen.x_mm - wanted.x_mm, seen.y_mm - wanted.y_mm, seen.radius_mm - wanted.radius_mm};
 }
@@ -181,17 +131,6 @@ CircleTable circle_table(const store::Job& job, const Paired& paired) {
                           .after = deviation(fit_circle(after), wanted)});
   }
   return table;
-}
-
-/// Circles under the job they were measured again with; else predicted by the last method.
-void add_circles(Report& report, const Measured& measured, const Group& group,
-                 const std::vector<const store::Job*>& jobs) {
-  for (const store::Job* job : jobs) {
-    const Paired pairs = paired(measured, group, *job);
-    if (pairs.pairs.size() < 3) continue;
-    if (report.circles && pairs.predicted) continue;
-    report.circles = circle_table(*job, pairs);
-  }
 }
 
 void add_noise(Report& report, const Measured& measured) {
@@ -252,25 +191,24 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
                 .n_readings = campaign.n_readings - campaign.n_exclusions,
                 .n_excluded = campaign.n_exclusions};
   add_noise(report, measured);
-  for (const Group& group : baseline_groups(measured)) {
-    if (group.walk->session.plan_name == job::kNextPoints) continue;  // chosen to be hard
-    if (group.circles) {
-      add_circles(report, measured, group, methods);
-      continue;
+  const std::vector<Group> groups = baseline_groups(measured);
+  std::map<const Group*, std::map<std::string, const Paired*>> held_out;
+  const std::vector<Comparison> compared = comparisons(measured, groups, methods);
+  for (const Comparison& c : compared) {
+    add_tables(report, c);
+    if (c.job->data.stage == "lsq") {
+      report.simulation.push_back(simulation_table(measured, *c.group, *c.job, c.in_sample));
     }
-    std::map<std::string, Paired> held_out;
-    for (const store::Job* job : methods) {
-      Paired pairs = paired(measured, group, *job);
-      if (!worth_showing(*job, group, pairs)) continue;
-      add_tables(report, group, *job, pairs);
-      if (job->data.stage == "lsq") {
-        report.simulation.push_back(simulation_table(measured, group, *job, fitted(*job, group)));
-      }
-      if (!fitted(*job, group)) held_out.emplace(job->data.stage, std::move(pairs));
+    if (!c.in_sample) held_out[c.group].emplace(c.job->data.stage, &c.paired);
+  }
+  for (const Group& group : groups) {
+    const auto& of = held_out[&group];
+    if (!report.contest && of.contains("idw") && of.contains("rbf")) {
+      report.contest = contest_of("idw", *of.at("idw"), "rbf", *of.at("rbf"));
     }
-    if (held_out.contains("idw") && held_out.contains("rbf") && !report.contest) {
-      report.contest = contest_of("idw", held_out.at("idw"), "rbf", held_out.at("rbf"));
-    }
+  }
+  if (const auto circles = circle_comparison(measured, groups, methods)) {
+    report.circles = circle_table(*circles->job, circles->paired);
   }
   if (const auto lsq = jobs.find("lsq"); lsq != jobs.end()) {
     report.identification = identification_of(lsq->second);

@@ -6,6 +6,7 @@
 #include "app/cli/context.hpp"
 #include "app/exchange/numbers.hpp"
 #include "app/report/lines.hpp"
+#include "app/report/methods.hpp"
 #include "app/report/print.hpp"
 #include "app/report/simulation.hpp"
 
@@ -14,14 +15,6 @@ namespace trammel::report {
 namespace {
 
 using cli::printable;
-
-std::string method_words(const std::string& method) {
-  if (method == "lsq") return "least squares on the geometry";
-  if (method == "idw") return "inverse distance weighting";
-  if (method == "rbf") return "the radial basis network";
-  if (method == kModel) return "the geometry with the named effects";
-  return method;
-}
 
 std::string percent(const std::optional<double>& value) {
   return value ? fmt::format("{:+.1f} %", -*value) : "";

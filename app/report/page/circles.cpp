@@ -1,0 +1,86 @@
+// Circles as they were driven, their deviations magnified.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "app/report/page/source.hpp"
+#include "core/assess/deviation.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+constexpr double kWanted = 0.25;  // the largest deviation as drawn, of the radius
+
+Json circle_json(const CircleRow& row, const std::vector<const Pair*>& pairs) {
+  Json points = Json::array();
+  for (const Pair* pair : pairs) {
+    const Pose& target = pair->before->reading.target;
+    const Pose& before = *pair->before->reading.measured;
+    points.push_back(
+        Json::array({drawn(target.x_mm), drawn(target.y_mm), drawn(before.x_mm - target.x_mm),
+                     drawn(before.y_mm - target.y_mm), drawn(pair->after.x_mm - target.x_mm),
+                     drawn(pair->after.y_mm - target.y_mm)}));
+  }
+  return {{"name", row.name},
+          {"x_mm", row.x_mm},
+          {"y_mm", row.y_mm},
+          {"radius_mm", row.radius_mm},
+          {"points", points}};
+}
+
+std::string deviation_words(const CircleDeviation& d) {
+  return fmt::format("({:+.4f}, {:+.4f}), {:+.4f}", d.centre_x_mm, d.centre_y_mm, d.radius_mm);
+}
+
+}  // namespace
+
+Json circle_section(const Source& source) {
+  const char* title = "Circles, deviations magnified (the paper's Fig. 20)";
+  Json items = Json::array();
+  if (!source.circles || !source.report.circles) {
+    items.push_back(absent("circles", title, "This campaign has no points on circles."));
+    return section("circles", "Circles", items);
+  }
+  const Comparison& c = *source.circles;
+  std::map<std::string, std::vector<const Pair*>> by_role;
+  double largest = 0, radius = 0;
+  for (const Pair& pair : c.paired.pairs) {
+    const Pose& target = pair.before->reading.target;
+    by_role[pair.before->role].push_back(&pair);
+    largest = std::max({largest, position_error_mm(*pair.before->reading.measured, target),
+                        position_error_mm(pair.after, target)});
+  }
+  for (const CircleRow& row : source.report.circles->rows) radius = std::max(radius, row.radius_mm);
+  const double factor = magnification(largest, kWanted * radius);
+  Json circles = Json::array(), rows = Json::array();
+  for (const CircleRow& row : source.report.circles->rows) {
+    circles.push_back(circle_json(row, by_role[row.name]));
+    rows.push_back(Json::array(
+        {row.name, fmt::format("({:g}, {:g}) R {:g}", row.x_mm, row.y_mm, row.radius_mm),
+         std::to_string(row.n), deviation_words(row.before), deviation_words(row.after)}));
+  }
+  const std::string judged = fmt::format("held-out, after: {}, {}", method_words(method_of(*c.job)),
+                                         c.paired.predicted ? "predicted" : "measured again");
+  items.push_back(
+      figure({"circles", title,
+              fmt::format("{}. Each point is drawn {:g} times as far from its target as it was.",
+                          judged, factor)},
+             "circles", {{"magnification", factor}, {"circles", circles}}));
+  rows.push_back(
+      Json::array({"mean of absolute values", "", "",
+                   deviation_words(mean_deviation(*source.report.circles, &CircleRow::before)),
+                   deviation_words(mean_deviation(*source.report.circles, &CircleRow::after))}));
+  rows.push_back(
+      Json::array({"the paper's, Table XI", "", "", "-", deviation_words(kPaperCircles)}));
+  items.push_back(table(
+      {"circle-deviations", "Least-squares circles less the circles asked for", "mm; " + judged},
+      {"circle", "wanted [mm]", "n", "before: (centre x, y), radius [mm]",
+       "after: (centre x, y), radius [mm]"},
+      rows));
+  return section("circles", "Circles", items);
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,103 @@
+// Methods side by side, with intervals and the noise floor.
+
+#include <fmt/format.h>
+
+#include "app/report/page/source.hpp"
+#include "core/assess/bootstrap.hpp"
+#include "core/assess/deviation.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+Json bar(const Comparison& c) {
+  std::vector<double> before, after;
+  for (const Pair& pair : c.paired.pairs) {
+    before.push_back(
+        position_error_mm(*pair.before->reading.measured, pair.before->reading.target));
+    after.push_back(position_error_mm(pair.after, pair.before->reading.target));
+  }
+  Json json = {{"method", method_of(*c.job) + (c.paired.predicted ? " *" : "")},
+               {"judged", c.in_sample ? "in-sample" : "held-out"},
+               {"n", after.size()},
+               {"before", drawn(summarise(before).mean)},
+               {"after", drawn(summarise(after).mean)}};
+  const std::vector<double> nothing(after.size(), 0.0);
+  if (const auto interval = paired_difference(after, nothing)) {
+    json["low"] = drawn(interval->low);
+    json["high"] = drawn(interval->high);
+  }
+  return json;
+}
+
+Json folds(const Source& source) {
+  const char* title = "All methods on the same folds";
+  const auto contest = source.jobs.find("contest");
+  if (contest == source.jobs.end()) {
+    return absent("folds", title,
+                  "The methods were not put to a contest: trammel calibrate contest CAMPAIGN.");
+  }
+  const Json details = Json::parse(contest->second.data.result_json).at("details");
+  Json rows = Json::array();
+  const std::string picked = details.at("picked");
+  for (const Json& row : details.at("table")) {
+    const std::string name = row.at("method");
+    if (row.contains("failed")) {
+      rows.push_back(Json::array({name, "could not run", "", "", "", row.at("failed")}));
+      continue;
+    }
+    std::string depends;
+    for (const auto& [what, share] : row.at("depends_on").items()) {
+      depends += fmt::format("{}{} ({:.0f} %)", depends.empty() ? "" : ", ", what,
+                             100 * share.get<double>());
+    }
+    const auto number = [&row](const char* key) {
+      return fmt::format("{:.4f}", row.at(key).get<double>());
+    };
+    rows.push_back(Json::array({name + (name == picked ? " (picked)" : ""), number("mean_mm"),
+                                number("p95_mm"), number("max_mm"), number("U_k2_mm"),
+                                depends.empty() ? "nothing recorded" : depends}));
+  }
+  return table(
+      {"folds", title,
+       fmt::format("Position errors [mm], held-out: each reading predicted without its "
+                   "spatial block; noise floor {:.4f} mm. U: expanded uncertainty, k = 2.",
+                   details.at("floor_mean_mm").get<double>())},
+      {"method", "mean [mm]", "p95 [mm]", "max [mm]", "U (k = 2) [mm]", "what is left goes with"},
+      rows);
+}
+
+}  // namespace
+
+Json contest_section(const Source& source) {
+  const char* title = "Mean position error that each method leaves";
+  Json items = Json::array(), bars = Json::array();
+  bool predicted = false;
+  for (const Comparison& c : source.comparisons) {
+    bars.push_back(bar(c));
+    predicted = predicted || c.paired.predicted;
+  }
+  const auto& floor = source.report.floor_mean_mm;
+  items.push_back(
+      bars.empty()
+          ? absent("contest", title, "No calibration was judged on readings yet.")
+          : figure({"contest", title,
+                    std::string("mm, on one baseline; whiskers: 95 % interval of the mean "
+                                "(points resampled)") +
+                        (floor ? fmt::format("; line: noise floor, {:.4f} mm", *floor) : "") +
+                        (predicted ? "; *: predicted from the readings before, not measured again."
+                                   : ".")},
+                   "contest",
+                   {{"bars", bars}, {"floor", floor ? Json(drawn(*floor)) : Json(nullptr)}}));
+  items.push_back(folds(source));
+  std::vector<std::string> words;
+  if (const auto& c = source.report.contest) {
+    words.push_back(fmt::format(
+        "{} leaves the smaller error at {} of the same {} unseen points than {}; mean difference "
+        "{} - {} = {:+.4f} mm, 95 % interval +-{:.4f} mm.",
+        c->b, c->b_better, c->n, c->a, c->a, c->b, c->mean_difference_mm, c->half_width_mm));
+  }
+  return section("contest", "The contest of methods", items, words);
+}
+
+}  // namespace trammel::report

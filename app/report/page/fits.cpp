@@ -1,0 +1,153 @@
+// How well each fit meets readings: simulated against measured, sensitivity, the network.
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/job/correction_json.hpp"
+#include "app/report/page/source.hpp"
+#include "core/calibrate/joint_error.hpp"
+#include "core/calibrate/simulation.hpp"
+#include "core/mechanism/sensitivity.hpp"
+#include "core/plan/grids.hpp"
+#include "core/units.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+constexpr double kSensitivityHalfWidth_mm = 100, kSensitivityStep_mm = 10;
+
+bool believes_a_robot(const Comparison& c) {
+  return c.job->data.stage == "lsq" || c.job->data.stage == "geometry" ||
+         c.job->data.stage == "diagnose";
+}
+
+Json three(const Eigen::Vector3d& error) {
+  return Json::array({drawn(error[0]), drawn(error[1]), drawn(deg_from_rad(error[2]))});
+}
+
+Json simulated(const Source& source, const Comparison& c) {
+  const std::string id = "simulated-" + id_of(source, c);
+  const std::string title = fmt::format("Simulated against measured error: {}{}", words_of(c),
+                                        c.job->data.stage == "lsq" ? " (the paper's Fig. 8)" : "");
+  std::vector<Reading> readings;
+  for (const Visit* visit : c.group->visits) readings.push_back(visit->reading);
+  Json measured = Json::array(), simulation = Json::array();
+  try {
+    for (const SimulatedError& e : simulated_errors(job::correction_of(c.job->data.result_json),
+                                                    source.measured.campaign.mechanism, readings)) {
+      measured.push_back(three(e.measured));
+      simulation.push_back(three(e.simulated));
+    }
+  } catch (const InputError& error) {
+    return absent(id, title, error.what());
+  }
+  const auto& floor = source.report.floor_mean_mm;
+  return figure(
+      {id, title,
+       fmt::format("{} readings before any compensation, {}. Each coordinate of the error "
+                   "as the tracker read it and as the robot of this fit shows it{}.",
+                   measured.size(), c.in_sample ? "in-sample" : "held-out",
+                   floor ? fmt::format("; the noise of one coordinate is {:.4f} mm "
+                                       "(one standard deviation)",
+                                       *floor / std::sqrt(kPi / 2))
+                         : "")},
+      "simulated", {{"measured", measured}, {"simulated", simulation}});
+}
+
+Json sensitivity_figure(const Source& source) {
+  const char* title = "Share of each error source in the pose error (the paper's Fig. 4)";
+  const SourceErrors errors;
+  try {
+    const std::vector<Pose> poses = lattice(kSensitivityHalfWidth_mm, kSensitivityStep_mm);
+    const SensitivityShares shares =
+        sensitivity(source.measured.campaign.mechanism.geometry, poses, errors);
+    Json sources = Json::array(), rows = Json::array();
+    for (int j = 0; j < kPaperParameters; ++j) {
+      sources.push_back(geometry_parameters()[static_cast<std::size_t>(j)].name);
+    }
+    for (int row = 0; row < 3; ++row) {
+      Json values = Json::array();
+      for (int j = 0; j < kPaperParameters; ++j) values.push_back(drawn(100 * shares(row, j)));
+      rows.push_back(std::move(values));
+    }
+    return figure({"sensitivity", title,
+                   fmt::format("Mean over {} poses within {:g} mm of O_A at phi = 0, for errors of "
+                               "{:g} deg and {:g} mm; each row sums to 100 %. From the nominal "
+                               "geometry alone: no reading enters.",
+                               poses.size(), kSensitivityHalfWidth_mm,
+                               deg_from_rad(errors.angle_rad), errors.length_mm)},
+                  "sensitivity", {{"sources", sources}, {"rows", rows}});
+  } catch (const InputError& error) {
+    return absent("sensitivity", title, error.what());
+  }
+}
+
+/// Per joint: what the map was told and what it says, in one set.
+Json network_set(const Source& source, const JointMap& map, const std::vector<Reading>& readings,
+                 const char* name) {
+  Json joints = Json::array({Json::array(), Json::array(), Json::array()});
+  for (const JointSample& s :
+       merge_places(joint_samples(source.measured.campaign.mechanism, readings))) {
+    const Eigen::Vector3d says = joint_error_at(map, {s.x_mm, s.y_mm});
+    for (int i = 0; i < kChains; ++i) {
+      joints[static_cast<std::size_t>(i)].push_back(
+          Json::array({drawn(s.error_mm[i]), drawn(says[i])}));
+    }
+  }
+  return {{"name", name}, {"joints", joints}};
+}
+
+Json network_figure(const Source& source) {
+  const char* title = "Network against measurement (the paper's Fig. 17)";
+  const auto rbf = source.jobs.find("rbf");
+  if (rbf == source.jobs.end()) {
+    return absent("network", title, "No network was trained: trammel calibrate rbf CAMPAIGN.");
+  }
+  const Correction correction = job::correction_of(rbf->second.data.result_json);
+  const auto* map = std::get_if<MapCorrection>(&correction);
+  if (map == nullptr) return absent("network", title, "This job's correction is not a map.");
+  std::vector<Reading> seen, unseen;
+  for (const Comparison& c : source.comparisons) {
+    if (c.job->id != rbf->second.id) continue;
+    for (const Visit* v : c.group->visits) {
+      if (!c.in_sample) unseen.push_back(v->reading);
+    }
+  }
+  for (const Group& group : source.groups) {
+    if (group.circles || !fitted(rbf->second, group)) continue;
+    for (const Visit* v : group.visits) seen.push_back(v->reading);
+  }
+  try {
+    Json sets = Json::array({network_set(source, map->map, seen, "in-sample")});
+    if (!unseen.empty()) sets.push_back(network_set(source, map->map, unseen, "held-out"));
+    const NetworkFit& fit = *source.report.network;
+    return figure({"network", title,
+                   fmt::format("Joint errors [mm] as measured and as the network gives them: {} "
+                               "places it learned (in-sample), {} readings it has not seen "
+                               "(held-out). {} neurons; in-sample MAE {:.4f} mm, MSE {:.6f} mm^2.",
+                               fit.n, unseen.size(), fit.neurons, fit.mae_mm, fit.mse_mm2)},
+                  "network", {{"sets", sets}});
+  } catch (const InputError& error) {
+    return absent("network", title, error.what());
+  }
+}
+
+}  // namespace
+
+Json fit_section(const Source& source) {
+  Json items = Json::array();
+  for (const Comparison& c : source.comparisons) {
+    if (believes_a_robot(c)) items.push_back(simulated(source, c));
+  }
+  if (items.empty()) {
+    items.push_back(absent("simulated", "Simulated against measured error (the paper's Fig. 8)",
+                           "No geometry was identified: trammel calibrate lsq CAMPAIGN."));
+  }
+  items.push_back(sensitivity_figure(source));
+  items.push_back(network_figure(source));
+  return section("fits", "How well the fits meet the readings", items);
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,39 @@
+#include "app/report/page/item.hpp"
+
+#include <cmath>
+
+#include "app/exchange/numbers.hpp"
+
+namespace trammel::report {
+
+Json figure(const FigureHead& head, const char* kind, Json data) {
+  return {{"type", "figure"}, {"id", head.id},           {"title", head.title},
+          {"kind", kind},     {"caption", head.caption}, {"data", std::move(data)}};
+}
+
+Json absent(const std::string& id, const std::string& title, const std::string& why) {
+  return {{"type", "figure"}, {"id", id}, {"title", title}, {"absent", why}};
+}
+
+Json table(const FigureHead& head, const std::vector<std::string>& columns, Json rows) {
+  return {{"type", "table"},         {"id", head.id},      {"title", head.title},
+          {"caption", head.caption}, {"columns", columns}, {"rows", std::move(rows)}};
+}
+
+Json section(const std::string& id, const std::string& title, Json items,
+             const std::vector<std::string>& words) {
+  return {{"id", id}, {"title", title}, {"words", words}, {"items", std::move(items)}};
+}
+
+double drawn(double value) { return rounded(value, 5); }
+
+double magnification(double largest, double wanted) {
+  if (!(largest > 0)) return 1;
+  const double power = std::pow(10.0, std::floor(std::log10(wanted / largest)));
+  for (const double step : {5.0, 2.0}) {
+    if (step * power * largest <= wanted) return step * power;
+  }
+  return power;
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,167 @@
+// Errors over the plane: heat, arrows, surfaces. One colour scale for all of one figure.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/report/page/source.hpp"
+#include "core/assess/deviation.hpp"
+#include "core/assess/hull.hpp"
+#include "core/assess/thin_plate.hpp"
+#include "core/units.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+constexpr int kSteps = 32;       // a map's cells along its longer side
+constexpr double kArrow = 0.09;  // the longest arrow, of the map's width
+
+/// Rows: points. Columns: error before (x_mm, y_mm, phi_deg), error after.
+struct Field {
+  std::vector<Place> places;
+  Eigen::MatrixXd errors;  // shape (points, 6)
+};
+
+Field field_of(const Comparison& c) {
+  const auto& pairs = c.paired.pairs;
+  Field field{.places = {}, .errors = Eigen::MatrixXd(static_cast<Eigen::Index>(pairs.size()), 6)};
+  for (Eigen::Index i = 0; i < field.errors.rows(); ++i) {
+    const Pair& pair = pairs[static_cast<std::size_t>(i)];
+    const Pose& target = pair.before->reading.target;
+    Eigen::Vector3d before = pose_difference(*pair.before->reading.measured, target);
+    Eigen::Vector3d after = pose_difference(pair.after, target);
+    before[2] = deg_from_rad(before[2]);
+    after[2] = deg_from_rad(after[2]);
+    field.errors.row(i) << before.transpose(), after.transpose();
+    field.places.push_back({target.x_mm, target.y_mm});
+  }
+  return field;
+}
+
+double size_of(const Eigen::VectorXd& errors, bool position, int first) {
+  return position ? std::hypot(errors[first], errors[first + 1]) : std::abs(errors[first + 2]);
+}
+
+/// The field between its points, inside their hull. x runs fastest.
+Json grid_json(const Field& field, const ThinPlate& surface, bool position) {
+  double low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
+  for (const Place& p : field.places) {
+    low_x = std::min(low_x, p.x_mm), high_x = std::max(high_x, p.x_mm);
+    low_y = std::min(low_y, p.y_mm), high_y = std::max(high_y, p.y_mm);
+  }
+  const double step = std::max(high_x - low_x, high_y - low_y) / kSteps;
+  const int columns = 1 + static_cast<int>(std::lround((high_x - low_x) / step));
+  const int rows = 1 + static_cast<int>(std::lround((high_y - low_y) / step));
+  const std::vector<Place> hull = convex_hull(field.places);
+  Json before = Json::array(), after = Json::array();
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const Place at{low_x + i * step, low_y + j * step};
+      if (!inside(hull, at, step / 2)) {
+        before.push_back(nullptr);
+        after.push_back(nullptr);
+        continue;
+      }
+      const Eigen::VectorXd errors = value_at(surface, at);
+      before.push_back(drawn(size_of(errors, position, 0)));
+      after.push_back(drawn(size_of(errors, position, 3)));
+    }
+  }
+  return {{"x_mm", drawn(low_x)}, {"y_mm", drawn(low_y)}, {"step_mm", step}, {"columns", columns},
+          {"rows", rows},         {"before", before},     {"after", after}};
+}
+
+Json points_json(const Field& field) {
+  Json points = Json::array();
+  for (std::size_t i = 0; i < field.places.size(); ++i) {
+    Json row = {drawn(field.places[i].x_mm), drawn(field.places[i].y_mm)};
+    for (int k = 0; k < 6; ++k) row.push_back(drawn(field.errors(static_cast<Eigen::Index>(i), k)));
+    points.push_back(std::move(row));
+  }
+  return points;
+}
+
+std::string paper_number(const Comparison& c, bool position) {
+  const std::string id = fmt::format("{}-{}-{}", method_of(*c.job), c.paired.pairs.size(),
+                                     position ? "position" : "attitude");
+  if (id == "lsq-80-position") return " (the paper's Fig. 9)";
+  if (id == "lsq-80-attitude") return " (the paper's Fig. 10)";
+  if (id == "idw-48-position") return " (the paper's Fig. 13)";
+  if (id == "idw-48-attitude") return " (the paper's Fig. 14)";
+  if (id == "rbf-48-position") return " (the paper's Fig. 18)";
+  if (id == "rbf-48-attitude") return " (the paper's Fig. 19)";
+  return "";
+}
+
+Json surfaces(const Source& source, const Comparison& c, bool position) {
+  const std::string id =
+      fmt::format("surface-{}-{}", id_of(source, c), position ? "position" : "attitude");
+  const std::string title = fmt::format("{} error: {}{}", position ? "Position" : "Attitude",
+                                        words_of(c), paper_number(c, position));
+  const Field field = field_of(c);
+  const auto surface = thin_plate(field.places, field.errors);
+  if (!surface) return absent(id, title, "The points lie on one line: there is no surface.");
+  Json data = {{"unit", position ? "mm" : "deg"},
+               {"max", drawn(largest_error(source, position))},
+               {"grid", grid_json(field, *surface, position)}};
+  return figure({id, title,
+                 set_words(c) + ". Left before, right after, one scale; between the points a "
+                                "surface of least bending."},
+                "surfaces", std::move(data));
+}
+
+Json maps(const Source& source, const Comparison& c, const std::string& id,
+          const std::string& title) {
+  const Field field = field_of(c);
+  const auto surface = thin_plate(field.places, field.errors);
+  if (!surface) return absent(id, title, "The points lie on one line: there is no map.");
+  Json grid = grid_json(field, *surface, true);
+  const double width = grid["step_mm"].get<double>() * kSteps;
+  double longest = 0;
+  for (Eigen::Index i = 0; i < field.errors.rows(); ++i) {
+    longest = std::max({longest, size_of(field.errors.row(i).transpose(), true, 0),
+                        size_of(field.errors.row(i).transpose(), true, 3)});
+  }
+  const double factor = magnification(longest, kArrow * width);
+  Json data = {{"unit", "mm"},
+               {"max", drawn(largest_error(source, true))},
+               {"grid", std::move(grid)},
+               {"points", points_json(field)},
+               {"magnification", factor}};
+  return figure(
+      {id, title,
+       fmt::format("{}. Arrows: from the target, {:g} times as long as the error. Colour: "
+                   "its length in mm, one scale for all maps of this page.",
+                   set_words(c), factor)},
+      "maps", std::move(data));
+}
+
+}  // namespace
+
+Json verdict_section(const Source& source) {
+  const char* title = "Position error before and after";
+  const Comparison* best = headline(source);
+  Json items = Json::array();
+  items.push_back(
+      best == nullptr
+          ? absent("headline", title, "No calibration of this campaign has readings to judge it.")
+          : maps(source, *best, "headline", fmt::format("{}: {}", title, words_of(*best))));
+  return section("verdict", "Verdict", items, source.report.remarks);
+}
+
+Json map_section(const Source& source) {
+  Json items = Json::array();
+  for (const Comparison& c : source.comparisons) {
+    items.push_back(maps(source, c, "map-" + id_of(source, c), "Position error: " + words_of(c)));
+    items.push_back(surfaces(source, c, true));
+    items.push_back(surfaces(source, c, false));
+  }
+  if (items.empty()) {
+    items.push_back(absent("maps", "Error maps", "No calibration was judged on readings yet."));
+  }
+  return section("maps", "Error maps, before and after", items);
+}
+
+}  // namespace trammel::report

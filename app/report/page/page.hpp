@@ -1,0 +1,24 @@
+#pragma once
+// A report as a page: one file that needs nothing else.
+
+#include <string>
+
+#include "app/report/page/item.hpp"
+#include "store/campaign.hpp"
+
+namespace trammel::report {
+
+/// The page's data, "trammel/report-page/1" (schemas/report-page.schema.json): sections with
+/// figures and tables, in order. Proof: report_page_test.cpp.
+Json page_json(store::Connection& connection, const store::CampaignRow& campaign);
+
+/// The page: style, script and data in one file that asks nobody for anything. A
+/// content-security-policy names style and script by their SHA-256, so that nothing else runs
+/// whatever names and texts hold. Proof: in a browser, with hostile names (page_test.mjs).
+std::string page_html(const Json& page);
+
+/// `json` as text that stands inside a script element: '<', '>', '&' and the line separators U+2028
+/// and U+2029 as \u escapes.
+std::string script_json(const Json& json);
+
+}  // namespace trammel::report

@@ -1,0 +1,96 @@
+// The top of the live page: how the session is doing, asked for again and again.
+import { element } from './dom.js';
+import { init } from './chart.js';
+import { kinds } from './figures.js';
+
+const kEvery_ms = 1000;
+
+function duration(seconds) {
+  if (seconds === null || seconds === undefined) return 'not known yet';
+  const s = Math.round(seconds), h = Math.floor(s / 3600), m = Math.floor((s % 3600) / 60);
+  const two = (v) => String(v).padStart(2, '0');
+  return h > 0 ? `${h}:${two(m)}:${two(s % 60)} h` : `${m}:${two(s % 60)} min`;
+}
+
+const count = (n, what) => `${n} ${what}${n === 1 ? '' : 's'}`;
+
+function facts(status) {
+  const retries = Object.entries(status.retries).map(([what, n]) => `${what}: ${n}`);
+  if (status.n_interrupted > 0) retries.push(`interrupted: ${status.n_interrupted}`);
+  return [
+    ['session', `${status.session} (${status.plan}${status.compensated ? ', compensated' : ''})`],
+    ['state', status.detail ? `${status.state}: ${status.detail}` : status.state],
+    ['points', `${status.n_ok} of ${status.n_points}, epoch ${status.epoch}`],
+    ['time left', status.state === 'done' ? 'none' : duration(status.left_s)],
+    ['last stored', `${duration(status.silent_s)} ago (${status.last_utc})`],
+    ['retries', retries.length ? retries.join(', ') : 'none'],
+    ['process', status.process ?? 'none measures now'],
+  ];
+}
+
+class Chart {
+  constructor(parent, kind, title) {
+    this.kind = kind;
+    this.box = element('div', { class: 'chart' });
+    this.figure = element('figure', { id: `live-${kind}`, 'data-kind': kind }, element('h3', {}, title), this.box);
+    parent.append(this.figure);
+  }
+
+  show(rows) {
+    this.rows = rows;
+    if (rows.length === 0) {
+      this.chart?.dispose();
+      this.chart = null;
+      this.box.replaceChildren(element('p', { class: 'absent' }, 'Nothing yet.'));
+      this.figure.dataset.state = 'absent';
+      return;
+    }
+    if (!this.chart) this.box.replaceChildren();
+    const width = this.box.clientWidth;
+    const { height, option } = kinds[this.kind](rows, width);
+    this.chart ??= init(this.box, null, { renderer: 'svg', width, height });
+    this.chart.resize({ width, height });
+    this.chart.setOption(option, { notMerge: true });
+    this.figure.dataset.state = 'drawn';
+  }
+}
+
+/// Shows the status at `url` in `parent` for as long as the page is open; `changed` is called when
+/// a session has come to another state.
+export function watch(url, parent, changed) {
+  const alarm = element('p', { class: 'alarm', role: 'alert' });
+  const bar = element('progress', { max: 1, value: 0 });
+  const table = element('tbody');
+  parent.append(element('h2', {}, 'Now'), alarm, bar, element('table', { class: 'now' }, table));
+  const deviations = new Chart(parent, 'deviations', 'Last deviations, measured - target');
+  const drift = new Chart(parent, 'drift', 'Drift of the reference points, against their first reading');
+  let known;
+  window.addEventListener('resize', () => [deviations, drift].forEach((c) => c.rows && c.show(c.rows)));
+
+  function show(status) {
+    alarm.textContent = status.stalled
+      ? `STALLED: nothing was stored for ${duration(status.silent_s)}, expected within ${duration(status.stall_after_s)}` : '';
+    bar.max = status.n_points || 1;
+    bar.value = status.n_ok;
+    table.replaceChildren(...facts(status).map(([name, value]) => element('tr', {}, element('th', { scope: 'row' }, name), element('td', {}, String(value)))));
+    deviations.show(status.last);
+    drift.show(status.drift);
+    const now = `${status.session} ${status.state}`;
+    if (known !== undefined && known !== now) changed();
+    known = now;
+    parent.dataset.state = status.stalled ? 'stalled' : status.state;
+  }
+
+  async function look() {
+    try {
+      const answer = await fetch(url, { cache: 'no-store' });
+      if (!answer.ok) throw new Error(`${answer.status}`);
+      show(await answer.json());
+    } catch (error) {
+      alarm.textContent = `No answer from trammel serve (${error.message}): what stands below is old.`;
+      parent.dataset.state = 'no-answer';
+    }
+    setTimeout(look, kEvery_ms);
+  }
+  look();
+}

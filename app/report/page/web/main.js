@@ -1,0 +1,161 @@
+// Builds the page from its data.
+import { init } from './chart.js';
+import { element } from './dom.js';
+import { kinds } from './figures.js';
+import { watch } from './live.js';
+
+// ---- figures --------------------------------------------------------------------------------
+
+const shown = [];  // {box, chart, item, figure}: those that are redrawn when the page's width changes
+const state = (figure, word, detail = '') => {
+  figure.dataset.state = word;
+  if (detail) figure.dataset.detail = detail;
+};
+
+function draw(entry, width) {
+  const { height, option } = kinds[entry.item.kind](entry.item.data, width);
+  entry.chart.resize({ width, height });
+  entry.chart.setOption(option, { notMerge: true });
+}
+
+function addFlat(figure, box, item) {
+  const width = box.clientWidth;
+  const { height } = kinds[item.kind](item.data, width);
+  const chart = init(box, null, { renderer: 'svg', width, height });
+  const entry = { box, chart, item, figure };
+  draw(entry, width);
+  shown.push(entry);
+  state(figure, 'drawn');
+}
+
+// Surfaces are drawn one after the other in one place and kept as pictures: a browser has few
+// contexts for 3-D, and a picture prints. A click makes one live again.
+let live = null;
+const queue = [];
+
+function surfaceChart(box, item, width) {
+  const { height, option } = kinds[item.kind](item.data, width);
+  const chart = init(box, null, { renderer: 'canvas', width, height, devicePixelRatio: 2 });
+  chart.setOption(option);
+  return { chart, height };
+}
+
+const settled = (chart) => new Promise((resolve) => {
+  const end = setTimeout(resolve, 3000);
+  chart.on('finished', () => { clearTimeout(end); requestAnimationFrame(resolve); });
+});
+
+function makeLive(picture, item) {
+  if (live) live();
+  const box = element('div', { class: 'chart' });
+  const width = picture.clientWidth;
+  picture.hidden = true;
+  picture.after(box);
+  const { chart } = surfaceChart(box, item, width);
+  live = () => { chart.dispose(); box.remove(); picture.hidden = false; live = null; };
+}
+
+async function drawSurfaces() {
+  const workshop = element('div', { class: 'workshop', 'aria-hidden': 'true' });
+  document.body.append(workshop);
+  while (queue.length) {
+    const { figure, box, item } = queue.shift();
+    try {
+      const { chart } = surfaceChart(workshop, item, Math.min(box.clientWidth, 900));
+      await settled(chart);
+      const picture = element('img', { class: 'surface', alt: item.title, title: 'click to turn it' });
+      picture.src = chart.getDataURL({ pixelRatio: 2, backgroundColor: '#fff' });
+      chart.dispose();
+      await picture.decode();
+      picture.addEventListener('click', () => makeLive(picture, item));
+      box.replaceChildren(picture);
+      state(figure, 'drawn');
+    } catch (error) {
+      box.replaceChildren(element('p', { class: 'absent' }, 'This browser draws no 3-D (WebGL): the map shows the same numbers.'));
+      state(figure, 'no-3d', String(error));
+    }
+  }
+  workshop.remove();
+  document.documentElement.dataset.state = 'done';
+}
+
+function addFigure(parent, item) {
+  const figure = element('figure', { id: item.id, 'data-kind': item.kind ?? 'absent' }, element('h3', {}, item.title));
+  parent.append(figure);
+  if (item.absent !== undefined) {
+    figure.append(element('p', { class: 'absent' }, `Not here: ${item.absent}`));
+    state(figure, 'absent');
+    return;
+  }
+  const box = element('div', { class: 'chart' });
+  figure.append(box, element('figcaption', {}, item.caption));
+  try {
+    if (item.kind === 'surfaces') queue.push({ figure, box, item });
+    else addFlat(figure, box, item);
+  } catch (error) {
+    box.append(element('p', { class: 'absent' }, 'This figure could not be drawn.'));
+    state(figure, 'failed', String(error));
+  }
+}
+
+function addTable(parent, item) {
+  const head = element('tr', {}, ...item.columns.map((c) => element('th', { scope: 'col' }, c)));
+  const rows = item.rows.map((r) => element('tr', {}, ...r.map((cell) => element('td', {}, cell))));
+  const table = element('table', {}, element('thead', {}, head), element('tbody', {}, ...rows));
+  const block = element('section', { id: item.id, class: 'table' }, element('h3', {}, item.title), element('div', { class: 'scroll' }, table));
+  if (item.caption) block.append(element('p', { class: 'caption' }, item.caption));
+  parent.append(block);
+}
+
+function show(page, contents, main) {
+  page.sections.forEach((s) => {
+    const section = element('section', { id: `section-${s.id}` }, element('h2', {}, s.title));
+    contents.append(element('a', { href: `#section-${s.id}` }, s.title));
+    main.append(section);
+    s.words.forEach((words) => section.append(element('p', {}, words)));
+    s.items.forEach((item) => (item.type === 'table' ? addTable(section, item) : addFigure(section, item)));
+  });
+  return drawSurfaces();
+}
+
+// ---- screen and paper -----------------------------------------------------------------------
+
+const kPaperWidth = 680;  // px of A4 at 96 dpi, less margins
+
+function redraw(widthOf) {
+  shown.forEach((entry) => draw(entry, widthOf(entry.box)));
+}
+
+let waiting;
+window.addEventListener('resize', () => {
+  clearTimeout(waiting);
+  waiting = setTimeout(() => redraw((box) => box.clientWidth), 150);
+});
+window.addEventListener('beforeprint', () => { if (live) live(); redraw(() => kPaperWidth); });
+window.addEventListener('afterprint', () => redraw((box) => box.clientWidth));
+
+document.addEventListener('securitypolicyviolation', (event) => {
+  document.documentElement.dataset.refused = `${event.violatedDirective} ${event.blockedURI}`;
+});
+
+const contents = document.getElementById('contents'), main = document.getElementById('page');
+
+function showAgain(page) {
+  if (live) live();
+  shown.splice(0).forEach((entry) => entry.chart.dispose());
+  contents.replaceChildren();
+  main.replaceChildren();
+  document.querySelector('.verdict').textContent = page.verdict;
+  return show(page, contents, main);
+}
+
+const page = JSON.parse(document.getElementById('data').textContent);
+if (page.live) {
+  const now = element('section', { id: 'now' });
+  main.before(now);
+  watch(page.live.status, now, async () => {
+    const answer = await fetch(page.live.page, { cache: 'no-store' });
+    if (answer.ok) showAgain(await answer.json());
+  });
+}
+show(page, contents, main);

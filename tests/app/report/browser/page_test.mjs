@@ -1,0 +1,148 @@
+// node --test page_test.mjs, with TRAMMEL and CHROMIUM in the environment: the report in a browser.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { dirname, join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { Browser } from './browser.mjs';
+
+const { TRAMMEL, CHROMIUM } = process.env;
+const root = join(dirname(fileURLToPath(import.meta.url)), '../../../..');
+const kHostile = '</script><img src=x onerror=alert(1)>';
+const kTexts = [kHostile, '=HYPERLINK("http://192.0.2.1/","x")', '\u2028\u2029<!--', '"><svg onload=alert(2)>', '{{7*7}} ${7*7}'];
+
+let folder, browser;
+
+function trammel(...words) {
+  return execFileSync(TRAMMEL, words, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'],
+    env: { ...process.env, TRAMMEL_DB: join(folder, 'trammel.db') } });
+}
+
+// The drive-error campaign under a name and with facts that try to be markup, calibrated.
+function importHostile() {
+  const from = join(folder, 'hostile');
+  cpSync(join(root, 'tests/support/campaigns/drive-error'), from, { recursive: true });
+  const file = join(from, 'campaign.json');
+  const campaign = JSON.parse(readFileSync(file, 'utf8'));
+  campaign.name = kHostile;
+  kTexts.forEach((text, k) => { campaign.facts = { ...campaign.facts, [`fact ${k}${text}`]: text }; });
+  writeFileSync(file, JSON.stringify(campaign));
+  trammel('campaign', 'import', 'hostile');
+  trammel('calibrate', 'lsq', kHostile);
+  trammel('reading', 'exclude', kHostile, '--seq', '3', '--reason', kHostile);
+  trammel('report', kHostile, '--html', 'hostile.html');
+}
+
+before(async () => {
+  folder = mkdtempSync(join(tmpdir(), 'trammel-page-'));
+  const starting = Browser.start(CHROMIUM);
+  trammel('demo', 'demo', '--db', join(folder, 'trammel.db'));
+  trammel('report', 'paper', '--html', 'paper.html');
+  importHostile();
+  browser = await starting;
+});
+
+after(async () => {
+  await browser?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+async function open(name, width, height) {
+  const page = await browser.open(`file://${join(folder, name)}`, width, height);
+  await page.until("document.documentElement.dataset.state === 'done'");
+  return page;
+}
+
+// Nothing but the page itself was asked for, nothing was refused, nothing failed.
+async function undisturbed(page) {
+  assert.deepEqual(page.requests.filter((url) => !/^(file|data|blob):/.test(url)), []);
+  assert.deepEqual(page.errors, []);
+  assert.equal(await page.ask('document.documentElement.dataset.refused ?? null'), null);
+  assert.deepEqual(page.dialogs, []);
+}
+
+// Of each figure: its state, what it shows, and whether it stays inside the page.
+const kFigures = `Promise.all([...document.querySelectorAll('figure')].map(async (f) => {
+  const svg = f.querySelector('svg'), img = f.querySelector('img');
+  let inks = 0;
+  if (img) {  // how many colours the middle line of a picture has
+    const canvas = document.createElement('canvas');
+    canvas.width = img.naturalWidth; canvas.height = img.naturalHeight;
+    const context = canvas.getContext('2d');
+    context.drawImage(img, 0, 0);
+    const row = context.getImageData(0, canvas.height / 2, canvas.width, 1).data;
+    const seen = new Set();
+    for (let k = 0; k < row.length; k += 4) seen.add(row[k] << 16 | row[k + 1] << 8 | row[k + 2]);
+    inks = seen.size;
+  }
+  return { id: f.id, kind: f.dataset.kind, state: f.dataset.state, detail: f.dataset.detail ?? '',
+    marks: svg ? svg.querySelectorAll('path, circle, polyline, rect').length : 0, inks,
+    nan: svg ? /NaN|undefined/.test(svg.outerHTML) : false,
+    words: svg ? svg.textContent : '',
+    outside: f.getBoundingClientRect().right > document.documentElement.clientWidth + 1
+      || (svg ? svg.getBoundingClientRect().right > document.documentElement.clientWidth + 1 : false),
+    absent: f.querySelector('.absent')?.textContent ?? '' };
+}))`;
+
+function everyFigureDrew(figures) {
+  for (const f of figures) {
+    const what = JSON.stringify({ ...f, words: undefined });
+    assert.ok(['drawn', 'absent'].includes(f.state), what);
+    if (f.state === 'absent') assert.match(f.absent, /^Not here: .{10,}/, what);
+    else if (f.kind === 'surfaces') assert.ok(f.inks > 12, what);
+    else assert.ok(f.marks > 10, what);
+    assert.ok(!f.nan && !f.outside, what);
+  }
+}
+
+test('every figure of the demo draws on a wide and on a narrow window, and asks nobody', async () => {
+  const page = await open('paper.html', 1280, 900);
+  const figures = await page.ask(kFigures);
+  everyFigureDrew(figures);
+  const drawn = (kind) => figures.filter((f) => f.kind === kind && f.state === 'drawn').length;
+  const least = { maps: 7, surfaces: 12, 'by-point': 12, simulated: 4, residuals: 1, effect: 3, waterfall: 2 };
+  for (const [kind, n] of Object.entries(least)) assert.ok(drawn(kind) >= n, `${kind}: ${drawn(kind)}`);
+  for (const kind of ['mechanism', 'plan', 'circles', 'sensitivity', 'network', 'contest', 'next-points', 'temperature']) {
+    assert.equal(drawn(kind), 1, kind);
+  }
+  for (const f of figures.filter((each) => each.kind === 'maps' || each.kind === 'by-point')) {
+    assert.match(f.words, /mm|deg/, f.id);  // axes have units
+  }
+  assert.ok(await page.ask("document.querySelector('.simulated').getBoundingClientRect().height > 30"));
+  const wide = await page.ask("document.querySelector('#headline svg').getBoundingClientRect().width");
+
+  await page.resize(420, 800);
+  await page.until(`document.querySelector('#headline svg').getBoundingClientRect().width < ${wide / 2}`);
+  everyFigureDrew(await page.ask(kFigures));
+  assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
+  await undisturbed(page);
+  await page.close();
+});
+
+test('on paper the figures fit the sheet, and come back to the screen', async () => {
+  const page = await open('paper.html', 1280, 900);
+  await page.ask(`addEventListener('beforeprint', () => {
+    window.widest = Math.max(...[...document.querySelectorAll('figure svg')].map((s) => s.getBoundingClientRect().width));
+  })`);
+  const pdf = await page.paper();
+  assert.equal(pdf.subarray(0, 5).toString(), '%PDF-');
+  const pages = pdf.toString('latin1').match(/\/Type\s*\/Page\b/g).length;
+  assert.ok(pages >= 10 && pages <= 60, `${pages} pages`);
+  assert.ok(await page.ask('window.widest') <= 690);
+  assert.ok(await page.ask("document.querySelector('#headline svg').getBoundingClientRect().width") > 900);
+  await undisturbed(page);
+  await page.close();
+});
+
+test('hostile names and texts stay text', async () => {
+  const page = await open('hostile.html', 1280, 900);
+  everyFigureDrew(await page.ask(kFigures));
+  const words = await page.ask('document.body.textContent');
+  for (const text of kTexts) assert.ok(words.includes(text.trim()), text);
+  assert.equal(await page.ask("document.querySelectorAll('img[src=\"x\"], svg[onload], script[src]').length"), 0);
+  assert.equal(await page.ask('document.title'), `Campaign ${kHostile}`);
+  await undisturbed(page);
+  await page.close();
+});
