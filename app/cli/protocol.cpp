@@ -170,6 +170,7 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   const report::Report found = report_of(protocol.name, context);
   const Json json = report::to_json(found);
   write_file_atomically(folder / "report.txt", report::to_text(found, {.glyphs = page().glyphs}));
+  write_file_atomically(folder / "report.html", report_page(protocol.name, context));
   Json file = {{"schema", "trammel/report/1"}};
   file.update(json);
   write_file_atomically(folder / "report.json", file.dump(2) + "\n");
@@ -179,9 +180,9 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   } else {
     context.print(with_bold_headings(report::to_text(found, page())));
   }
-  context.say(fmt::format("database {}, report {} and {}", printable(context.db()),
-                          (folder / "report.txt").string(), (folder / "report.json").string()));
-  context.next("trammel campaign show " + shell_word(protocol.name));
+  context.say(fmt::format("database {}; report {}, report.html and report.json",
+                          printable(context.db()), (folder / "report.txt").string()));
+  context.next("trammel campaign show " + shell_word(protocol.name) + db_words(context));
   return ExitCode::ok;
 }
 

@@ -32,10 +32,23 @@ report::Page page() {
           .narrow = terminal_columns().value_or(kWide) < kWide};
 }
 
-void print_report(const std::string& campaign, const Context& context) {
+std::string report_page(const std::string& campaign, const Context& context) {
   store::Connection connection = store::open(context.db(), store::Access::read_only);
-  const report::Report found =
-      report::gather(connection, store::require_campaign(connection, campaign));
+  return report::page_html(
+      report::page_json(connection, store::require_campaign(connection, campaign)));
+}
+
+namespace {
+
+report::Report found_of(const std::string& campaign, const Context& context) {
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  return report::gather(connection, store::require_campaign(connection, campaign));
+}
+
+}  // namespace
+
+void print_report(const std::string& campaign, const Context& context) {
+  const report::Report found = found_of(campaign, context);
   if (context.json) {
     context.print("report", report::to_json(found));
   } else {
@@ -52,12 +65,10 @@ ExitCode run_report(const ReportOptions& options, Context& context) {
     print_report(options.campaign, context);
     return ExitCode::ok;
   }
-  store::Connection connection = store::open(context.db(), store::Access::read_only);
-  const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
-  const std::string html = report::page_html(report::page_json(connection, campaign));
+  const std::string html = report_page(options.campaign, context);
   if (!options.dry_run) write_file_atomically(options.html, html);
   if (context.json) {
-    Json fields = report::to_json(report::gather(connection, campaign));
+    Json fields = report::to_json(found_of(options.campaign, context));
     fields["html"] = {
         {"file", options.html}, {"n_bytes", html.size()}, {"written", !options.dry_run}};
     context.print("report", fields);

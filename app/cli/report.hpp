@@ -24,6 +24,9 @@ std::string with_bold_headings(const std::string& text);
 /// What stdout is: a terminal of some width, or a file.
 report::Page page();
 
+/// The report of a campaign as a page.
+std::string report_page(const std::string& campaign, const Context& context);
+
 /// Prints the report of a campaign, as text or JSON.
 void print_report(const std::string& campaign, const Context& context);
 

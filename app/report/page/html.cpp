@@ -102,9 +102,9 @@ std::string page_html(const Json& page) {
   const std::string_view style(trammel_page_style, trammel_page_style_end);
   const std::string_view script(trammel_page_script, trammel_page_script_end);
   const std::string policy = fmt::format(
-      "default-src 'none'; script-src {}; style-src {}; img-src data:; base-uri 'none'; "
+      "default-src 'none'; script-src {}; style-src {}; img-src data:; {}base-uri 'none'; "
       "form-action 'none'",
-      source_hash(script), source_hash(style));
+      source_hash(script), source_hash(style), page.contains("live") ? "connect-src 'self'; " : "");
   const std::string title = escaped("Campaign " + page.at("campaign").get<std::string>());
   const std::string verdict = escaped(page.at("verdict").get<std::string>());
   const std::string banner =

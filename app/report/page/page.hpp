@@ -14,7 +14,9 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
 
 /// The page: style, script and data in one file that asks nobody for anything. A
 /// content-security-policy names style and script by their SHA-256, so that nothing else runs
-/// whatever names and texts hold. Proof: in a browser, with hostile names (page_test.mjs).
+/// whatever names and texts hold. With "live": {"status", "page"}, two addresses beside the page's
+/// own, it shows the status on top and asks for both again (serve/server.hpp). Proof: in a browser,
+/// with hostile names (page_test.mjs).
 std::string page_html(const Json& page);
 
 /// `json` as text that stands inside a script element: '<', '>', '&' and the line separators U+2028

@@ -89,3 +89,13 @@ export const panelTitle = (box, words) => ({
   text: words, left: box.left + box.width / 2, top: box.top - 20, textAlign: 'center',
   textStyle: { ...text, fontWeight: 600, fontSize: 13 }, padding: 0,
 });
+
+// A line without marks.
+export const polyline = (points, colour, lineWidth, more = {}) => ({
+  type: 'line', data: points, symbol: 'none', lineStyle: { color: colour, width: lineWidth }, itemStyle: { color: colour }, silent: true, ...more,
+});
+
+// Words over marks.
+export const onWhite = { backgroundColor: 'rgba(255,255,255,0.75)', padding: [1, 2] };
+export const mm = (v) => `${v.toFixed(4)} mm`;
+export const both = ['before', 'after'];

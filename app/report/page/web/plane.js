@@ -1,0 +1,33 @@
+// What figures in the x-y plane share.
+import { axis, ink } from './chart.js';
+
+const noEnds = { color: ink, fontSize: 11, hideOverlap: true, showMinLabel: false, showMaxLabel: false };
+
+export function planeAxes(boxes, extent, nameX = 'x [mm]', nameY = 'y [mm]') {
+  return {
+    grid: boxes,
+    xAxis: boxes.map((_, k) => axis(nameX, { gridIndex: k, min: extent.x[0], max: extent.x[1], splitLine: { show: false }, axisLabel: noEnds })),
+    yAxis: boxes.map((_, k) => axis(nameY, { gridIndex: k, min: extent.y[0], max: extent.y[1], nameGap: 36, splitLine: { show: false }, axisLabel: noEnds })),
+  };
+}
+
+// A square about all points, with some room, to whole tens.
+export function squareExtent(points, room = 0.06) {
+  const xs = points.map((p) => p[0]), ys = points.map((p) => p[1]);
+  const [lx, hx, ly, hy] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  const half = Math.max(10, (Math.max(hx - lx, hy - ly) / 2) * (1 + 2 * room));
+  const round = (v) => 10 * (v < 0 ? Math.floor(v / 10) : Math.ceil(v / 10));
+  const cx = (lx + hx) / 2, cy = (ly + hy) / 2;
+  const r = Math.max(round(cx + half) - cx, cx - round(cx - half));
+  return { x: [Math.round(cx - r), Math.round(cx + r)], y: [Math.round(cy - r), Math.round(cy + r)] };
+}
+
+export const cellOf = (size) => (params, api) => {
+  const at = api.coord([api.value(0), api.value(1)]);
+  const [w, h] = api.size([size, size]);
+  return {
+    type: 'rect', silent: false,
+    shape: { x: at[0] - w / 2 - 0.3, y: at[1] - h / 2 - 0.3, width: w + 0.6, height: h + 0.6 },
+    style: { fill: api.visual('color') },
+  };
+};

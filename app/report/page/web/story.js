@@ -1,0 +1,119 @@
+// The gap, the residuals, the conditions.
+import { axis, base, colours, floorLine, ink, legend, mm, onWhite, panels, panelTitle, polyline } from './chart.js';
+
+export function waterfall(data, width) {
+  const sets = [['fitted', 'fitted (in-sample)', colours.fitted, colours.palest], ['unseen', 'unseen (held-out)', colours.unseen, colours.pale]]
+    .filter(([key]) => data.steps.some((s) => s[key] !== null));
+  const series = [];
+  sets.forEach(([key, name, full, pale]) => {
+    series.push({
+      type: 'bar', stack: key, name, data: data.steps.map((s) => s[key]), itemStyle: { color: full },
+      label: { show: width > 500, position: 'top', distance: 3, formatter: (p) => (typeof p.value === 'number' ? p.value.toFixed(4) : ''), color: ink, fontSize: 11, ...onWhite },
+      z: 3,
+      markLine: key === 'fitted' ? floorLine(data.floor, 'a perfect model leaves', 'mm') : undefined,
+    });
+    series.push({
+      type: 'bar', stack: key, name: `closed, ${key}`, itemStyle: { color: pale },
+      data: data.steps.map((s, i) => (i === 0 || s[key] === null || data.steps[i - 1][key] === null ? 0 : Math.max(0, data.steps[i - 1][key] - s[key]))),
+    });
+  });
+  return {
+    height: 300,
+    option: {
+      ...base, legend: legend({ data: sets.map((s) => s[1]) }), grid: { left: 58, right: 18, top: 34, bottom: 34 },
+      xAxis: { type: 'category', data: data.steps.map((s) => s.model), axisLabel: { color: ink, fontSize: 12, interval: 0 }, axisTick: { show: false } },
+      yAxis: axis('rms per coordinate [mm]', { min: 0, scale: false, nameGap: 42 }), series,
+      tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => (typeof v === 'number' ? mm(v) : '-') },
+    },
+  };
+}
+
+// Full marks: fitted; open: unseen.
+const mark = (colour, isFitted) => (isFitted ? { color: colour, opacity: 0.75 } : { color: 'transparent', borderColor: colour, borderWidth: 1.2 });
+
+const directions = { min: -2, max: 2, interval: 1, axisLabel: { formatter: (v) => ({ '-1': '-', 0: '0', 1: '+' })[v] ?? '', color: ink, fontSize: 13 } };
+
+function scatterOf(points, rail, isFitted, on) {
+  return {
+    type: 'scatter', name: `rail ${rail + 1}`, ...on, data: points, symbolSize: 5, itemStyle: mark(colours.rails[rail], isFitted),
+    tooltip: { formatter: (p) => `rail ${rail + 1}, ${isFitted ? 'fitted' : 'unseen'}: ${mm(p.value[1])}` },
+  };
+}
+
+const rails = [0, 1, 2];
+const railLegend = () => legend({ data: rails.map((k) => ({ name: `rail ${k + 1}`, itemStyle: { color: colours.rails[k], opacity: 1 } })) });
+
+export function residuals(data, width) {
+  const jitter = (i, k) => 0.09 * (k - 1) + 0.05 * (((i * 37) % 11) / 11 - 0.5);
+  const axes = [
+    ['travel from home [mm]', (r, k) => r.rails[k][0]], ['direction of approach', (r, k, i) => r.rails[k][1] + jitter(i, k)],
+    ['time [h]', (r) => r.time_h], ['temperature [degC]', (r) => r.temp_degc]];
+  const recorded = axes.filter(([, x]) => data.readings.some((r, i) => x(r, 0, i) !== null));
+  const states = [['geometry alone [mm]', 2], ['with named effects [mm]', 3]];
+  const columns = width < 620 ? Math.min(2, recorded.length) : recorded.length;
+  const cell = width / columns, high = 170;
+  const grid = [], xAxis = [], yAxis = [], series = [];
+  const all = data.readings.flatMap((r) => r.rails.map((v) => Math.abs(v[2])));
+  const most = Math.max(...all) * 1.08 || 1;
+  recorded.forEach(([name, x], a) => states.forEach(([state, value], s) => {
+    const n = grid.length, band = Math.floor(a / columns), column = a % columns;
+    grid.push({ left: column * cell + 58, top: 30 + (2 * band + s) * (high + 48), width: cell - 72, height: high });
+    xAxis.push(axis(name, { gridIndex: n, splitNumber: 3, ...(name.startsWith('direction') ? directions : {}) }));
+    yAxis.push(axis(column === 0 ? state : '', { gridIndex: n, min: -most, max: most, nameGap: 42, axisLabel: { formatter: (v) => v.toFixed(2), showMinLabel: false, showMaxLabel: false, color: ink, fontSize: 11 } }));
+    rails.forEach((k) => [true, false].forEach((isFitted) => {
+      const points = data.readings.map((r, i) => [r, i]).filter(([r, i]) => r.fitted === isFitted && x(r, k, i) !== null).map(([r, i]) => [x(r, k, i), r.rails[k][value]]);
+      if (points.length) series.push(scatterOf(points, k, isFitted, { xAxisIndex: n, yAxisIndex: n }));
+    }));
+  }));
+  return {
+    height: 30 + 2 * Math.ceil(recorded.length / columns) * (high + 48),
+    option: { ...base, grid, xAxis, yAxis, series, legend: railLegend(), tooltip: { ...base.tooltip, trigger: 'item' } },
+  };
+}
+
+export function effect(data, width) {
+  const { boxes, height } = panels(width, 3, { least: 240, ratio: 0.8, top: 54 });
+  const discrete = data.axis.startsWith('direction');
+  const series = [];
+  data.rails.forEach((points, k) => {
+    const on = { xAxisIndex: k, yAxisIndex: k };
+    [1, 0].forEach((isFitted) => {
+      const some = points.filter((p) => p[3] === isFitted);
+      if (some.length) series.push(scatterOf(some, k, isFitted === 1, on));
+    });
+    const curve = points.map((p) => [p[0], p[2]]).sort((a, b) => a[0] - b[0]);
+    if (discrete) {
+      const at = (v) => curve.filter((p) => p[0] === v);
+      const steps = [-1, 0, 1].filter((v) => at(v).length).flatMap((v) => {
+        const mean = at(v).reduce((sum, p) => sum + p[1], 0) / at(v).length;
+        return [[v - 0.35, mean], [v + 0.35, mean], null];
+      });
+      series.push(polyline(steps, ink, 2.5, { ...on, name: 'the effect as fitted', z: 6 }));
+    } else {
+      series.push(polyline(curve, ink, 2, { ...on, name: 'the effect as fitted', z: 6 }));
+    }
+  });
+  const values = data.rails.flat().flatMap((p) => [p[1], p[2]]);
+  const most = Math.max(...values.map(Math.abs)) * 1.1 || 1;
+  return {
+    height,
+    option: {
+      ...base, grid: boxes, series, legend: legend({ data: ['the effect as fitted'] }), title: boxes.map((b, k) => panelTitle(b, `rail ${k + 1}`)),
+      xAxis: boxes.map((_, k) => axis(data.axis, { gridIndex: k, splitNumber: 4, ...(discrete ? directions : {}) })),
+      yAxis: boxes.map((_, k) => axis(k === 0 || boxes[k].left === boxes[0].left ? 'joint error [mm]' : '', { gridIndex: k, nameGap: 42, min: -most, max: most, axisLabel: { formatter: (v) => v.toFixed(2), showMinLabel: false, showMaxLabel: false, color: ink, fontSize: 11 } })),
+      tooltip: { ...base.tooltip, trigger: 'item' },
+    },
+  };
+}
+
+export function temperature(data) {
+  return {
+    height: 260,
+    option: {
+      ...base, legend: legend({ type: 'scroll' }), grid: { left: 58, right: 18, top: 34, bottom: 44 },
+      xAxis: axis('time since the start [h]'), yAxis: axis('temperature [degC]', { nameGap: 42 }),
+      series: data.sessions.map((s) => ({ type: 'scatter', name: s.name, data: s.points, symbolSize: 3 })),
+      tooltip: { ...base.tooltip, trigger: 'item', formatter: (p) => `${p.value[0].toFixed(2)} h: ${p.value[1].toFixed(2)} degC` },
+    },
+  };
+}
