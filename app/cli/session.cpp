@@ -211,8 +211,10 @@ void setup_run(CLI::App& session, Context& context) {
   c.add_option("--plan", o->plan, "plan file, or the name of a grid")
       ->required()
       ->type_name("PLAN");
-  c.add_option("--stage", o->request.stage, "sim:FILE")->required()->type_name("STAGE");
-  c.add_option("--tracker", o->request.tracker, "sim")->capture_default_str();
+  c.add_option("--stage", o->request.stage, "sim:FILE or galil:FILE")
+      ->required()
+      ->type_name("STAGE");
+  c.add_option("--tracker", o->request.tracker, "sim, or t2sa:FILE")->capture_default_str();
   c.add_option("--session", o->request.session, "its name (the plan's)")->type_name("SESSION");
   c.add_option("--compensate", o->compensate,
                "job whose correction is commanded, a diagnose job too: its number or key, or "

@@ -41,7 +41,8 @@ struct Occasion {
 struct [[nodiscard]] StageReport {
   Status status = Status::fault;
   std::string detail = {};
-  Displacements encoder_mm = Displacements::Zero();  // ok only: where the rails are
+  Displacements encoder_mm = Displacements::Zero();    // ok only: where the rails are
+  Displacements commanded_mm = Displacements::Zero();  // ok only: where the controller wants them
   [[nodiscard]] bool ok() const { return status == Status::ok; }
 };
 
@@ -90,6 +91,8 @@ struct [[nodiscard]] TemperatureReport {
 class Thermometer {
  public:
   virtual ~Thermometer() = default;
+  /// Where the number comes from.
+  [[nodiscard]] virtual std::string describe() const = 0;
   virtual TemperatureReport read(const Occasion& occasion) = 0;
 };
 

@@ -163,13 +163,8 @@ Truth checked(const JsonFile& file) {
   Truth truth = read_truth(Fields(file));
   try {
     check(truth);
-  } catch (const InputError& error) {  // core names the field; the file is known here
-    ErrorText text = error.text();
-    const std::string field = text.where.field;
-    text.where = file.where(field);
-    text.where.file = file.name;
-    text.where.field = field;
-    throw InputError(text);
+  } catch (const InputError& error) {
+    throw located(error, file);
   }
   return truth;
 }

@@ -65,7 +65,7 @@ class SimulatedStage : public Stage {
   StageReport stop() override { return at(); }
 
  private:
-  [[nodiscard]] StageReport at() const { return {Status::ok, "", world_->l_mm}; }
+  [[nodiscard]] StageReport at() const { return {Status::ok, "", world_->l_mm, world_->l_mm}; }
 
   std::shared_ptr<World> world_;
 };
@@ -96,6 +96,7 @@ class SimulatedThermometer : public Thermometer {
  public:
   explicit SimulatedThermometer(std::shared_ptr<World> world) : world_(std::move(world)) {}
 
+  [[nodiscard]] std::string describe() const override { return "virtual air"; }
   TemperatureReport read(const Occasion& occasion) override {
     return {Status::ok, "", world_->robot.temperature_degc(occasion.time_s)};
   }

@@ -209,4 +209,19 @@ JsonFile read_json(const std::filesystem::path& path) {
   return parse_json(read_file(path, kMaxJsonBytes), path.string());
 }
 
+InputError located(const InputError& error, const JsonFile& file) {
+  ErrorText text = error.text();
+  const std::string field = text.where.field;
+  std::string place = field;
+  while (!place.empty() && !file.positions.contains(place)) {
+    const std::size_t end = place.find_last_of(".[");
+    place.resize(end == std::string::npos ? 0 : end);
+  }
+  const std::string point = text.where.point;
+  text.where = file.where(place);
+  text.where.field = field;
+  text.where.point = point;
+  return InputError(text);
+}
+
 }  // namespace trammel

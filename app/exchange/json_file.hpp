@@ -40,4 +40,8 @@ JsonFile parse_json(std::string_view text, const std::string& name);
 /// The same for a file. Throws NotFoundError when it is missing.
 JsonFile read_json(const std::filesystem::path& path);
 
+/// What core refuses, which names the field alone: with the file, and the line of the field or of
+/// the nearest object around it.
+InputError located(const InputError& error, const JsonFile& file);
+
 }  // namespace trammel

@@ -1,0 +1,124 @@
+// From servos that are off to a stage whose counts are displacements.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/device/galil.hpp"
+#include "app/device/galil_look.hpp"
+#include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
+
+namespace trammel::device {
+
+namespace {
+
+constexpr std::int64_t kNoForwardLimit = kGalilMaxCounts;
+constexpr std::int64_t kNoReverseLimit = -kGalilMaxCounts - 1;
+constexpr int kHomeFound = 10;              // stop code
+constexpr double kFineHomingShare = 0.125;  // of the homing speed: the second look at the switch
+
+struct SoftLimits {
+  std::int64_t forward = 0;
+  std::int64_t reverse = 0;
+};
+
+/// The stroke in counts, rounded to the inside.
+SoftLimits soft_limits(const GalilAxis& axis, const Limits& stroke) {
+  const auto at = [&](double l_mm) {
+    return axis.sign * (l_mm - axis.zero_mm) * axis.counts_per_mm();
+  };
+  const double a = at(stroke.l_min_mm), b = at(stroke.l_max_mm);
+  return {static_cast<std::int64_t>(std::floor(std::max(a, b))),
+          static_cast<std::int64_t>(std::ceil(std::min(a, b)))};
+}
+
+}  // namespace
+
+StageReport GalilStage::home() {
+  const std::scoped_lock lock(busy_);
+  homed_ = false;
+  return guarded([&] {
+    StageReport report = find_switches();
+    if (!report.ok()) return report;
+    const InverseResult home = inverse(settings_.mechanism.geometry, settings_.mechanism.home);
+    TRAMMEL_ASSERT(home.ok());  // validate has gone the way there
+    report = travel(home.l_mm, {});
+    if (!report.ok()) return report;
+    set_soft_limits();
+    homed_ = true;
+    return report;
+  });
+}
+
+/// Servos on, with the controller's own watch over them: off at twice the gate that is looked at
+/// from here. The switches may lie beyond the stroke, so its limits come later.
+void GalilStage::set_up_axes() {
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const GalilAxis& axis = settings_.axes[i];
+    const double gate = std::ceil(2 * settings_.following_mm * axis.counts_per_mm());
+    set("ER", i, static_cast<std::int64_t>(gate));
+    set("OE", i, 1);
+    set("FL", i, kNoForwardLimit);
+    set("BL", i, kNoReverseLimit);
+    wire_->command(std::string("SH") + axis.letter);
+  }
+  for (const double off : wire_->ask_numbers(each_axis("MG _MO", settings_.axes))) {
+    if (off != 0) {
+      throw GalilRefusal(0, {.what = "a servo does not switch on",
+                             .hint = "look at the drives and the emergency stop"});
+    }
+  }
+}
+
+StageReport GalilStage::find_switches() {
+  set_up_axes();
+  const std::string all = letters_of(settings_.axes);
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const GalilAxis& axis = settings_.axes[i];
+    const std::int64_t speed = *speed_counts(axis, settings_.homing_speed_mm_s);
+    const std::int64_t acceleration = *acceleration_counts(axis, settings_.acceleration_mm_s2);
+    const double fine = kFineHomingShare * static_cast<double>(speed) / kGalilSpeedStep;
+    set("AC", i, acceleration);
+    set("DC", i, acceleration);
+    set("SP", i, speed);
+    set("HV", i, kGalilSpeedStep * std::max<std::int64_t>(1, std::llround(fine)));
+    wire_->command(std::string("HM") + axis.letter);
+  }
+  wire_->command("BG" + all);
+  StageReport report = follow(all, settings_.homing_timeout_s, kHomeFound, {});
+  if (!report.ok()) {
+    report.detail = "homing: " + report.detail;
+    return report;
+  }
+  for (std::size_t i = 0; i < kChains; ++i) {
+    wire_->command(fmt::format("DP{}=0", settings_.axes[i].letter));
+  }
+  return report;
+}
+
+void GalilStage::set_soft_limits() {
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const SoftLimits limits = soft_limits(settings_.axes[i], settings_.mechanism.limits);
+    set("FL", i, limits.forward);
+    set("BL", i, limits.reverse);
+  }
+}
+
+/// A controller that was reset or switched off has other limits and its servos off; then its counts
+/// mean nothing.
+bool GalilStage::remembers_set_up() {
+  for (const double off : wire_->ask_numbers(each_axis("MG _MO", settings_.axes))) {
+    if (off != 0) return false;
+  }
+  for (const GalilAxis& axis : settings_.axes) {
+    const SoftLimits limits = soft_limits(axis, settings_.mechanism.limits);
+    const auto took = wire_->ask_numbers(fmt::format("FL{0}=?;BL{0}=?", axis.letter));
+    if (took[0] != static_cast<double>(limits.forward)) return false;
+    if (took[1] != static_cast<double>(limits.reverse)) return false;
+  }
+  return true;
+}
+
+}  // namespace trammel::device

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+
+#include "app/device/galil_axis.hpp"
+#include "app/device/tcp.hpp"
+#include "core/mechanism/geometry.hpp"
+
+namespace trammel::device {
+
+/// All that the driver of a Galil stage must be told. stage_json.hpp reads it from a file.
+struct GalilSettings {
+  Endpoint controller;
+  double connect_timeout_s = 5;
+  double reply_timeout_s = 5;
+  Mechanism mechanism;
+  std::array<GalilAxis, kChains> axes;
+
+  double speed_mm_s = 20;  // of the rail with the longest way
+  double acceleration_mm_s2 = 100;
+  double poll_s = 0.02;           // the stage is looked at this often while it moves
+  double margin_s = 5;            // a move may take this much longer than computed
+  double settle_band_mm = 0.005;  // encoder against command
+  double settle_s = 0.3;          // in the band for so long
+  double settle_timeout_s = 5;
+  double following_mm = 0.5;  // encoder against command while it moves
+
+  double homing_speed_mm_s = 5;
+  double homing_timeout_s = 180;
+};
+
+/// Refuses, before anything moves, what these settings cannot do: a speed or acceleration beyond
+/// the controller's range or below its step, a stroke beyond its counts, a settling band below one
+/// count, an axis named twice, a way from the switches to home that is not safe. Throws InputError
+/// that names the field of stage/1. Proof: stage_json_test.cpp.
+void validate(const GalilSettings& settings);
+
+}  // namespace trammel::device

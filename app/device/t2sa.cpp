@@ -1,0 +1,152 @@
+#include "app/device/t2sa.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "core/error.hpp"
+#include "core/measure/base_frame.hpp"
+
+namespace trammel::device {
+
+namespace {
+
+constexpr double kWarmUpPauseS = 1;
+
+PoseReport refused(const T2saReply& reply, const std::string& asked) {
+  return {status_of_t2sa(reply.code), asked + ": " + reply.raw, {}, reply.raw};
+}
+
+PoseReport unreadable(const T2saReply& reply, const std::string& asked) {
+  return {Status::fault, asked + ": an answer of no known form: " + reply.raw, {}, reply.raw};
+}
+
+}  // namespace
+
+std::string T2saTracker::describe() const {
+  return "laser tracker behind T2SA at " + settings_.server.text();
+}
+
+Status T2saTracker::lost(const LinkError& error) {
+  wire_.reset();
+  const bool may_come_back = reached_ && error.kind != LinkError::Kind::nonsense;
+  return may_come_back ? Status::timeout : Status::fault;
+}
+
+void T2saTracker::connect() {
+  if (wire_) return;
+  auto wire = std::make_unique<T2saWire>(settings_.server, settings_.connect_timeout_s,
+                                         settings_.reply_timeout_s);
+  wire_ = std::move(wire);
+  reached_ = true;
+  warm_up();
+}
+
+/// Until the laser is on: LOFF, then WARM for a while, then LON.
+void T2saTracker::warm_up() {
+  const Deadline deadline = in_s(settings_.warm_up_s);
+  bool switched_on = false;
+  for (;;) {
+    const T2saReply laser = wire_->ask("?LSTA");
+    if (laser.accepted && laser.body.starts_with("LON")) return;
+    if (!switched_on && laser.body.starts_with("LOFF")) {
+      static_cast<void>(wire_->ask("!LST:1"));
+      switched_on = true;
+      continue;
+    }
+    if (!laser.accepted || in_s(kWarmUpPauseS) >= deadline) {
+      throw LinkError(LinkError::Kind::silent,
+                      {.what = "the laser is not on", .got = laser.raw, .expected = "LON"});
+    }
+    std::this_thread::sleep_for(std::chrono::duration<double>(kWarmUpPauseS));
+  }
+}
+
+Status T2saTracker::beam() {
+  try {
+    connect();
+    const T2saReply state = wire_->ask("?STAT", false);
+    if (state.accepted || state.code == kT2saBusy) return Status::ok;
+    return status_of_t2sa(state.code);
+  } catch (const LinkError& error) {
+    return lost(error);
+  }
+}
+
+/// Measures the targets one after the other; stops at the first that fails. raw_reply has all.
+PoseReport T2saTracker::points_of(const std::vector<T2saTarget>& targets,
+                                  std::vector<NestPoint>& points) {
+  PoseReport report{Status::ok, ""};
+  for (const T2saTarget& target : targets) {
+    const std::string asked = "!MEAS_SINGLE_POINT:" + target.address;
+    const T2saReply reply = wire_->ask(asked);
+    report.raw_reply += (report.raw_reply.empty() ? "" : "\n") + reply.raw;
+    const auto point = parse_t2sa_point(reply.body);
+    PoseReport failed;
+    if (reply.accepted && point && point->good) {
+      points.push_back({target.nest, point->at_mm});
+      continue;
+    }
+    if (!reply.accepted) {
+      failed = refused(reply, asked);
+    } else if (!point) {
+      failed = unreadable(reply, asked);
+    } else {
+      failed = {Status::unstable, asked + ": the point was not accepted: " + reply.raw};
+    }
+    failed.raw_reply = report.raw_reply;
+    return failed;
+  }
+  return report;
+}
+
+PoseReport T2saTracker::register_base() {
+  if (registered_ || settings_.base.empty()) return {Status::ok, ""};
+  std::vector<NestPoint> points;
+  PoseReport report = points_of(settings_.base_points, points);
+  if (!report.ok()) {
+    report.detail = "base nests: " + report.detail;
+    return report;
+  }
+  const BaseFrame frame = frame_of_base(points, settings_.base);
+  settings_.nests.frame.T_B_T = frame.T_B_T;
+  registered_ = true;
+  return report;
+}
+
+PoseReport T2saTracker::measure_points() {
+  std::vector<NestPoint> points;
+  PoseReport report = points_of(settings_.points, points);
+  if (!report.ok()) return report;
+  return pose_report(points, settings_.nests, report.raw_reply);
+}
+
+PoseReport T2saTracker::measure_object() {
+  const std::string& group = settings_.object_group;
+  const T2saReply done = wire_->ask("!CMDEXE:" + group);
+  if (!done.accepted) return refused(done, "!CMDEXE:" + group);
+  const std::string asked = settings_.object_reference.empty()
+                                ? "?POS " + group
+                                : "?OFFSET:" + group + ";" + settings_.object_reference;
+  const T2saReply reply = wire_->ask(asked);
+  if (!reply.accepted) return refused(reply, asked);
+  const auto frame = parse_t2sa_offset(reply.body);
+  if (!frame) return unreadable(reply, asked);
+  return pose_report(*frame, settings_.nests, reply.raw);
+}
+
+PoseReport T2saTracker::measure(const Occasion&) {
+  try {
+    connect();
+    PoseReport report = register_base();
+    if (!report.ok()) return report;
+    return settings_.object_group.empty() ? measure_points() : measure_object();
+  } catch (const LinkError& error) {
+    return {lost(error), error.what()};
+  } catch (const InputError& error) {  // base nests on one line, a point that is no point
+    return {Status::fault, error.what()};
+  }
+}
+
+}  // namespace trammel::device

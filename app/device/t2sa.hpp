@@ -1,0 +1,59 @@
+#pragma once
+// A laser tracker behind T2SA: SpatialAnalyzer drives the instrument, this asks it for points.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/device/nest_reading.hpp"
+#include "app/device/t2sa_wire.hpp"
+
+namespace trammel::device {
+
+/// A nest and where T2SA keeps its point: "collection;group;point".
+struct T2saTarget {
+  std::string nest;
+  std::string address;
+};
+
+struct T2saSettings {
+  Endpoint server;
+  double connect_timeout_s = 5;
+  double reply_timeout_s = 60;  // a measurement is answered when it is done
+  double warm_up_s = 600;       // a laser that is switched on may take so long
+  NestSettings nests;
+  std::vector<T2saTarget> points;       // of the platform, one a nest
+  std::string object_group = {};        // instead of points: measured as a whole …
+  std::string object_reference = {};    // … and its frame asked for, against this group if any
+  std::vector<T2saTarget> base_points;  // measured once, before the first pose …
+  std::vector<NestPoint> base;          // … where they are in B; none: nests.frame.T_B_T holds
+};
+
+/// Connects at the first use and switches the laser on. A lost answer or connection is `timeout`,
+/// and the next measurement begins on a new connection; a tracker that was never reached, or
+/// answers nonsense, is a fault. Every line that came is in raw_reply. Proof: t2sa_test.cpp.
+class T2saTracker : public Tracker {
+ public:
+  explicit T2saTracker(T2saSettings settings) : settings_(std::move(settings)) {}
+
+  [[nodiscard]] std::string describe() const override;
+  [[nodiscard]] Status beam() override;
+  PoseReport measure(const Occasion& occasion) override;
+
+ private:
+  void connect();
+  void warm_up();
+  [[nodiscard]] PoseReport points_of(const std::vector<T2saTarget>& targets,
+                                     std::vector<NestPoint>& points);
+  [[nodiscard]] PoseReport register_base();
+  [[nodiscard]] PoseReport measure_points();
+  [[nodiscard]] PoseReport measure_object();
+  [[nodiscard]] Status lost(const LinkError& error);
+
+  T2saSettings settings_;
+  std::unique_ptr<T2saWire> wire_;
+  bool reached_ = false;
+  bool registered_ = false;
+};
+
+}  // namespace trammel::device
