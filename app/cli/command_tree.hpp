@@ -27,8 +27,8 @@ const CLI::Option* find_option(const CLI::App& app, const std::string& word);
 
 std::vector<const CLI::Option*> positionals_of(const CLI::App& app);
 
-/// What is to be written for a value: "FILE", "CAMPAIGN", "NUMBER", "N"; empty for a flag. It is the
-/// option's type_name, else for text its own name in capitals: --order ORDER.
+/// What is to be written for a value: "FILE", "CAMPAIGN", "NUMBER", "N"; empty for a flag. It is
+/// the option's type_name, else for text its own name in capitals: --order ORDER.
 std::string value_name(const CLI::Option& option);
 
 /// The words that may be given, where these are fixed ("D", "A", "E").
