@@ -182,7 +182,7 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   }
   context.say(fmt::format("database {}; report {}, report.html and report.json",
                           printable(context.db()), (folder / "report.txt").string()));
-  context.next("trammel campaign show " + shell_word(protocol.name) + db_words(context));
+  context.next("trammel campaign show " + shell_word(protocol.name));
   return ExitCode::ok;
 }
 
