@@ -98,6 +98,7 @@ class FaultyThermometer : public device::Thermometer {
  public:
   FaultyThermometer(std::unique_ptr<Thermometer> real, std::shared_ptr<Faults> faults)
       : real_(std::move(real)), faults_(std::move(faults)) {}
+  [[nodiscard]] std::string describe() const override { return real_->describe(); }
   device::TemperatureReport read(const device::Occasion& occasion) override {
     faults_->called();
     const auto told = faults_->asked(faults_->thermometer, ++faults_->temperatures);
