@@ -116,6 +116,7 @@ struct Motion {
 /// One set of devices around one robot.
 struct Devices {
   bool simulated = false;
+  bool virtual_time = false;  // time is the plan's own: nothing changes by waiting
   std::string identity = {};  // changes when the devices are not those a session began with
   Mechanism mechanism = {};   // what the controller believes
   Motion motion = {};

@@ -153,6 +153,7 @@ Devices simulated(const simulate::VirtualRobot& robot, std::string identity) {
   world->l_mm = world->from_mm = home_mm(robot);
   Devices devices;
   devices.simulated = true;
+  devices.virtual_time = true;
   devices.identity = std::move(identity);
   devices.mechanism = robot.truth().nominal;
   devices.motion.speed_mm_s = robot.truth().motion.speed_mm_s;

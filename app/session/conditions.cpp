@@ -29,7 +29,7 @@ std::string out_of_band(double temp_degc, const Policy& policy, bool suspended) 
 /// A simulated room does not change by waiting: nobody waits for it. Who is asked to stop waits no
 /// longer.
 void Runner::pass(double seconds) {
-  if (devices_->simulated) return;
+  if (devices_->virtual_time) return;
   for (double left = seconds; left > 0 && !asked_to_stop(); left -= kSliceS) {
     surroundings_.sleep(std::min(kSliceS, left));
   }

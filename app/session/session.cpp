@@ -191,7 +191,7 @@ Outcome check_whole(const Request& request, device::Devices& devices, const Corr
     outcome.plan_sha256 = plan_sha256(request.plan, devices.mechanism);
     devices.clock->start(request.plan, 0);
     outcome.estimated_s = devices.clock->end_s();
-    if (!devices.simulated) {
+    if (!devices.virtual_time) {
       outcome.missing =
           missing_record(request.plan_check, request.plan, devices.mechanism, options);
     }

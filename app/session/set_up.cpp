@@ -156,6 +156,12 @@ bool Runner::set_up(bool resuming, bool new_set_up) {
       end_with(failure, "homing");
       return false;
     }
+  } else if (!hands_.on_course()) {
+    const Failure failure = hands_.stop();  // homed by an earlier program: where does it stand?
+    if (failure.any()) {
+      end_with(failure, "stage");
+      return false;
+    }
   }
   const store::Id id = course_.session.id;
   n_visits_ = 0;

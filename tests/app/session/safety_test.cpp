@@ -188,6 +188,29 @@ TEST_CASE("each move is checked again when it is sent", "[session]") {
   CHECK(hands.place().l_mm == home + Displacements(5, 0, 0));
 }
 
+TEST_CASE("a stage that was homed before is asked where it stands before it is moved",
+          "[session]") {
+  const TemporaryFolder folder;
+  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
+  const auto faults = std::make_shared<Faults>();
+  faults->altered = [](device::Devices& devices) {
+    static_cast<void>(devices.stage->home());
+    const Displacements home = devices.stage->stop().encoder_mm;
+    static_cast<void>(
+        devices.stage->move(home + Displacements(20, -10, 5), [] { return device::Status::ok; }));
+  };
+  Surroundings around;
+  around.open = opening(faults);
+  CHECK(run(db, request_for(small_plan()), around).state == State::done);
+  CHECK(faults->stops == 2);  // one of them the test's own
+  store::Connection calm = store::open(folder.path() / "calm.db", store::Access::create);
+  REQUIRE(run(calm, request_for(small_plan()), {}).state == State::done);
+  const auto expected = by_point(calm, "c", "s");
+  for (const auto& [seq, reading] : by_point(db, "c", "s")) {
+    CHECK(same_bits(reading, expected.at(seq)));
+  }
+}
+
 TEST_CASE("a stage faster than it may be is refused, never slowed down in silence", "[session]") {
   const auto faults = std::make_shared<Faults>();
   device::Motion motion{.speed_mm_s = 50, .max_speed_mm_s = 40};
@@ -208,7 +231,9 @@ TEST_CASE("a real stage asks for a check of this very plan, on this mechanism, n
   const TemporaryFolder folder;
   store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
   const auto faults = std::make_shared<Faults>();
-  faults->altered = [](device::Devices& devices) { devices.simulated = false; };
+  faults->altered = [](device::Devices& devices) {
+    devices.simulated = devices.virtual_time = false;
+  };
   Surroundings around;
   around.open = opening(faults);
   around.sleep = [](double) {};
