@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "app/exchange/numbers.hpp"
 #include "app/report/page/source.hpp"
 #include "core/assess/deviation.hpp"
 
@@ -32,7 +33,8 @@ Json circle_json(const CircleRow& row, const std::vector<const Pair*>& pairs) {
 }
 
 std::string deviation_words(const CircleDeviation& d) {
-  return fmt::format("({:+.4f}, {:+.4f}), {:+.4f}", d.centre_x_mm, d.centre_y_mm, d.radius_mm);
+  return fmt::format("({:+.4f}, {:+.4f}), {:+.4f}", rounded(d.centre_x_mm, 4),
+                     rounded(d.centre_y_mm, 4), rounded(d.radius_mm, 4));
 }
 
 }  // namespace

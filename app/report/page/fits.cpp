@@ -29,8 +29,9 @@ Json three(const Eigen::Vector3d& error) {
 
 Json simulated(const Source& source, const Comparison& c) {
   const std::string id = "simulated-" + id_of(source, c);
-  const std::string title = fmt::format("Simulated against measured error: {}{}", words_of(c),
-                                        c.job->data.stage == "lsq" ? " (the paper's Fig. 8)" : "");
+  const std::string title =
+      fmt::format("Simulated against measured error: {}{}", words_of(c),
+                  c.job->data.stage == "lsq" && c.in_sample ? " (the paper's Fig. 8)" : "");
   std::vector<Reading> readings;
   for (const Visit* visit : c.group->visits) readings.push_back(visit->reading);
   Json measured = Json::array(), simulation = Json::array();

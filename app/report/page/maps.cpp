@@ -15,7 +15,7 @@ namespace trammel::report {
 
 namespace {
 
-constexpr int kSteps = 32;       // a map's cells along its longer side
+constexpr int kSteps = 26;       // a map's cells along its longer side
 constexpr double kArrow = 0.09;  // the longest arrow, of the map's width
 
 /// Rows: points. Columns: error before (x_mm, y_mm, phi_deg), error after.
@@ -148,7 +148,7 @@ Json verdict_section(const Source& source) {
       best == nullptr
           ? absent("headline", title, "No calibration of this campaign has readings to judge it.")
           : maps(source, *best, "headline", fmt::format("{}: {}", title, words_of(*best))));
-  return section("verdict", "Verdict", items, source.report.remarks);
+  return section("verdict", "Verdict", items);
 }
 
 Json map_section(const Source& source) {

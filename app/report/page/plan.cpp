@@ -14,8 +14,8 @@ namespace trammel::report {
 
 namespace {
 
-constexpr double kHalfWidth_mm = 300;  // of the workspace picture: beyond it no grid of ours goes
-constexpr double kCell_mm = 15;
+constexpr double kHalfWidth_mm = 420;  // of the workspace picture: beyond it no grid of ours goes
+constexpr double kCell_mm = 20;
 
 Json place(const Eigen::Vector2d& p) { return Json::array({drawn(p.x()), drawn(p.y())}); }
 
@@ -72,22 +72,31 @@ Pose chosen_pose(const Source& source, std::string& words) {
   return worst->reading.target;
 }
 
+struct TargetSet {
+  const char* name;
+  bool (*holds)(const Visit& visit);
+};
+bool on_circle(const Visit& v) { return v.role.starts_with("circle"); }
+constexpr TargetSet kSets[] = {
+    {"identify (may be fitted)",
+     [](const Visit& v) { return v.reading.set == ReadingSet::identify && !on_circle(v); }},
+    {"validate (never fitted)",
+     [](const Visit& v) { return v.reading.set == ReadingSet::validate && !on_circle(v); }},
+    {"circles", on_circle}};
+
 Json targets_json(const Source& source) {
   Json sets = Json::array();
-  for (const auto set : {ReadingSet::identify, ReadingSet::validate}) {
+  for (const TargetSet& set : kSets) {
     Json points = Json::array();
     for (const Walk& walk : source.measured.walks) {
       if (walk.session.compensation_job) continue;
       for (const Visit& v : walk.visits) {
-        if (v.reading.set != set) continue;
+        if (!set.holds(v)) continue;
         points.push_back(Json::array({drawn(v.reading.target.x_mm), drawn(v.reading.target.y_mm),
                                       drawn(deg_from_rad(v.reading.target.phi_rad)), v.point}));
       }
     }
-    if (points.empty()) continue;
-    sets.push_back({{"name", set == ReadingSet::identify ? "identify (may be fitted)"
-                                                         : "validate (never fitted)"},
-                    {"points", points}});
+    if (!points.empty()) sets.push_back({{"name", set.name}, {"points", points}});
   }
   return sets;
 }
@@ -124,13 +133,11 @@ Json plan_section(const Source& source) {
                            "Neither a target nor the home pose is in the nominal reach."));
   }
   const Json targets = targets_json(source);
-  items.push_back(
-      targets.empty()
-          ? absent("plan", "Where was measured", "There are no baseline readings yet.")
-          : figure({"plan", "Where was measured",
-                    "Targets of all readings without compensation [mm]; the page's "
-                    "script shows orientation and number of a point under the pointer."},
-                   "plan", {{"sets", targets}}));
+  items.push_back(targets.empty()
+                      ? absent("plan", "Where was measured", "There are no baseline readings yet.")
+                      : figure({"plan", "Where was measured",
+                                "Targets of all readings without compensation [mm]."},
+                               "plan", {{"sets", targets}}));
   return section("plan", "Plan and workspace", items);
 }
 

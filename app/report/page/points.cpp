@@ -76,7 +76,7 @@ Json point_section(const Source& source) {
   if (items.empty()) {
     items.push_back(absent("points", "Errors by point", "No calibration was judged yet."));
   }
-  return section("points", "Position and attitude errors by point", items);
+  return section("points", "Position and attitude errors by point", items, source.report.remarks);
 }
 
 }  // namespace trammel::report

@@ -76,7 +76,8 @@ Axis axis_of(const Effect& effect) {
   return kTravel;
 }
 
-/// A diagnosis' robot and what it leaves of the readings.
+/// A diagnosis' robot and what it leaves of the readings. Their orientation is the robot's own:
+/// what a tracker reads of it is coarser than all that is to be seen here, and would hide it.
 struct Explained {
   std::vector<Reading> readings;
   RobotModel model;
@@ -99,13 +100,13 @@ Json states_figure(const Explained& e, const std::vector<Eigen::Vector3d>& geome
                     {"temp_degc", optional_drawn(r.conditions.temp_degc)},
                     {"rails", rails}});
   }
-  return figure(
-      {"residuals", "Residual against displacement, direction, time and temperature",
-       fmt::format("Measured - simulated of {} readings as joint errors [mm], one colour a "
-                   "rail; full marks fitted (in-sample), open marks unseen (held-out). "
-                   "Above: the geometry alone. Below: with the named effects.",
-                   e.readings.size())},
-      "residuals", {{"readings", rows}});
+  return figure({"residuals", "Residual against displacement, direction, time and temperature",
+                 fmt::format("Measured - simulated of {} readings as joint errors [mm] (place as "
+                             "measured, orientation as the model has it), one colour a "
+                             "rail; full marks fitted (in-sample), open marks unseen (held-out). "
+                             "Above: the geometry alone. Below: with the named effects.",
+                             e.readings.size())},
+                "residuals", {{"readings", rows}});
 }
 
 /// Component and residual: what is left once all but this effect is taken out, and the effect.
@@ -158,12 +159,13 @@ Json residual_items(const Source& source, const store::Job& job) {
     return Json::array({absent("residuals", "Residuals", "This job kept no chain of models.")});
   }
   Explained e{.readings = readings_of(source, job), .model = *model, .moments = {}, .left = {}};
-  for (const Reading& r : e.readings) {
+  for (Reading& r : e.readings) {
     const Prediction at = predict(e.model, r.conditions);
     if (!at.ok()) {
       return Json::array({absent("residuals", "Residuals",
                                  fmt::format("The model cannot reach reading seq {}.", r.seq))});
     }
+    r.measured->phi_rad = at.pose.phi_rad;
     e.moments.push_back(at.moment);
   }
   e.left = left_by(e.model, e.readings);

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "app/report/from_job.hpp"
 #include "app/report/page/source.hpp"
 
@@ -53,12 +56,19 @@ Json waterfall(const StoryRound& round, std::size_t number) {
       "waterfall", {{"steps", steps}, {"floor", drawn(round.noise_floor_mm)}});
 }
 
+/// Decimals that show two digits of a standard deviation.
+int decimals_of(double deviation) {
+  if (!(deviation > 0)) return 6;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(deviation))), 0, 12);
+}
+
 Json effects_table(const StoryRound& last) {
   Json rows = Json::array();
   for (const EffectRow& e : last.effects) {
     for (const EffectRow::Value& v : e.values) {
-      rows.push_back(Json::array(
-          {e.name, v.name, fmt::format("{:.5g}", v.value), fmt::format("{:.2g}", v.std), v.unit}));
+      const int decimals = decimals_of(v.std);
+      rows.push_back(Json::array({e.name, v.name, fmt::format("{:.{}f}", v.value, decimals),
+                                  fmt::format("{:.{}f}", v.std, decimals), v.unit}));
     }
     if (!e.seqs.empty()) {
       rows.push_back(Json::array({e.name, "readings", fmt::format("{}", e.seqs.size()), "-", ""}));

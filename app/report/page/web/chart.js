@@ -55,17 +55,14 @@ export function axis(name, more = {}) {
 
 export const legend = (more = {}) => ({ top: 0, itemWidth: 18, textStyle: text, ...more });
 
+// A dashed line at a value, named in the legend.
 export function floorLine(value, words, unit) {
-  if (value === null) return undefined;
-  return {
-    silent: true, symbol: 'none',
-    lineStyle: { color: colours.floor, type: 'dashed', width: 1.5 },
-    label: {
-      formatter: `${words} ${value.toFixed(4)} ${unit}`, position: 'insideStartTop', color: ink,
-      fontSize: 11, backgroundColor: 'rgba(255,255,255,0.8)', padding: [1, 3],
-    },
-    data: [{ yAxis: value }],
-  };
+  if (value === null) return [];
+  const lineStyle = { color: colours.floor, type: 'dashed', width: 1.5 };
+  return [{
+    type: 'line', name: `${words} ${value.toFixed(4)} ${unit}`, data: [], symbol: 'none', lineStyle, itemStyle: { color: colours.floor },
+    markLine: { silent: true, symbol: 'none', lineStyle, label: { show: false }, data: [{ yAxis: value }] },
+  }];
 }
 
 // Panels of one width side by side, or below each other where the page is narrow.

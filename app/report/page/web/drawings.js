@@ -41,16 +41,16 @@ export function mechanism(data, width) {
 export function plan(data, width) {
   const side = Math.min(width, 560);
   const box = { left: (width - side) / 2 + 56, top: 40, width: side - 76, height: side - 76 };
-  const shapes = [{ symbol: 'circle', color: colours.fitted }, { symbol: 'triangle', color: colours.unseen }];
+  const shapes = { identify: ['circle', colours.fitted, 8], validate: ['triangle', colours.unseen, 8], circles: ['circle', '#777', 3] };
   return {
     height: side,
     option: {
       ...base, ...planeAxes([box], squareExtent(data.sets.flatMap((s) => s.points))), legend: legend(),
       series: data.sets.map((s) => {
-        const look = shapes[s.name.startsWith('identify') ? 0 : 1];
+        const [symbol, color, symbolSize] = shapes[s.name.split(' ')[0]];
         return {
-          type: 'scatter', name: s.name, data: s.points, symbol: look.symbol, symbolSize: 8,
-          itemStyle: { color: 'transparent', borderColor: look.color, borderWidth: 1.6 },
+          type: 'scatter', name: s.name, data: s.points, symbol, symbolSize,
+          itemStyle: { color: 'transparent', borderColor: color, borderWidth: 1.6 },
           tooltip: { formatter: (p) => `point ${p.value[3]}: (${p.value[0]}, ${p.value[1]}) mm, ${p.value[2]} deg` },
         };
       }),

@@ -68,10 +68,10 @@ export function contest(data, width) {
         {
           type: 'bar', name: 'after', data: data.bars.map((b) => b.after), itemStyle: { color: colours.after }, barWidth: '62%', z: 3,
           label: { show: true, position: 'top', distance: 14, formatter: (p) => p.value.toFixed(4), color: ink, fontSize: 11, ...onWhite },
-          markLine: floorLine(data.floor, 'noise floor', 'mm'),
         },
         { type: 'custom', name: '95 % interval of the mean', renderItem: whisker, z: 5, itemStyle: { color: ink },
           data: data.bars.map((b, i) => [i, b.low ?? b.after, b.high ?? b.after]), silent: true },
+        ...floorLine(data.floor, 'noise floor', 'mm'),
       ],
       tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => (typeof v === 'number' ? mm(v) : '') },
     },

@@ -30,20 +30,20 @@ function addFlat(figure, box, item) {
 
 // Surfaces are drawn one after the other in one place and kept as pictures: a browser has few
 // contexts for 3-D, and a picture prints. A click makes one live again.
+const kSharp = 1.5;  // picture elements to a px: some 190 dpi on paper
 let live = null;
 const queue = [];
 
 function surfaceChart(box, item, width) {
   const { height, option } = kinds[item.kind](item.data, width);
-  const chart = init(box, null, { renderer: 'canvas', width, height, devicePixelRatio: 2 });
+  const chart = init(box, null, { renderer: 'canvas', width, height, devicePixelRatio: kSharp });
   chart.setOption(option);
   return { chart, height };
 }
 
-const settled = (chart) => new Promise((resolve) => {
-  const end = setTimeout(resolve, 3000);
-  chart.on('finished', () => { clearTimeout(end); requestAnimationFrame(resolve); });
-});
+// Two frames: one lays the labels out, one draws. A page in the background gets none.
+const frame = () => new Promise((resolve) => { requestAnimationFrame(resolve); setTimeout(resolve, 300); });
+const settled = async () => { await frame(); await frame(); };
 
 function makeLive(picture, item) {
   if (live) live();
@@ -62,9 +62,9 @@ async function drawSurfaces() {
     const { figure, box, item } = queue.shift();
     try {
       const { chart } = surfaceChart(workshop, item, Math.min(box.clientWidth, 900));
-      await settled(chart);
+      await settled();
       const picture = element('img', { class: 'surface', alt: item.title, title: 'click to turn it' });
-      picture.src = chart.getDataURL({ pixelRatio: 2, backgroundColor: '#fff' });
+      picture.src = chart.getDataURL({ pixelRatio: kSharp, backgroundColor: '#fff' });
       chart.dispose();
       await picture.decode();
       picture.addEventListener('click', () => makeLive(picture, item));
@@ -100,7 +100,7 @@ function addFigure(parent, item) {
 
 function addTable(parent, item) {
   const head = element('tr', {}, ...item.columns.map((c) => element('th', { scope: 'col' }, c)));
-  const rows = item.rows.map((r) => element('tr', {}, ...r.map((cell) => element('td', {}, cell))));
+  const rows = item.rows.map((r) => element('tr', {}, ...r.map((cell) => element('td', /\S{30}/.test(cell) ? { class: 'long' } : {}, cell))));
   const table = element('table', {}, element('thead', {}, head), element('tbody', {}, ...rows));
   const block = element('section', { id: item.id, class: 'table' }, element('h3', {}, item.title), element('div', { class: 'scroll' }, table));
   if (item.caption) block.append(element('p', { class: 'caption' }, item.caption));

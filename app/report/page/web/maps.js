@@ -102,8 +102,8 @@ export function surfaces(data, width) {
       },
       grid3D: both.map((_, k) => ({
         left: stacked ? 0 : `${k * 47}%`, top: stacked ? 300 * k : 6, width: stacked ? '92%' : '48%', height: stacked ? 300 : height - 6,
-        boxWidth: 100, boxDepth: 100, boxHeight: 55,
-        viewControl: { alpha: 24, beta: 35, distance: 200, center: [0, -9, 0], animation: false, autoRotate: false, projection: 'perspective' },
+        boxWidth: 100, boxDepth: 100, boxHeight: 72,
+        viewControl: { alpha: 24, beta: 35, distance: 200, center: [0, -5, 0], animation: false, autoRotate: false, projection: 'perspective' },
         light: { main: { intensity: 1.0, shadow: false, alpha: 50, beta: 20 }, ambient: { intensity: 0.55 } },
         axisPointer: { show: false }, postEffect: { enable: false }, temporalSuperSampling: { enable: false },
       })),

@@ -8,12 +8,11 @@ export function byPoint(data, width) {
       ...base, legend: legend(), grid: { left: 58, right: 18, top: 32, bottom: 44 },
       xAxis: axis('point, in the order of the plan', { min: 0, max: data.before.length + 1, minInterval: 1 }),
       yAxis: axis(`error [${data.unit}]`, { min: 0, scale: false, nameGap: 42 }),
-      series: both.map((side, k) => ({
+      series: [...both.map((side, k) => ({
         type: 'line', name: side, data: data[side].map((v, i) => [i + 1, v]), symbol: k === 0 ? 'emptyCircle' : 'circle',
         symbolSize: width < 500 ? 3 : 5, lineStyle: { width: 1, color: colours[side] }, itemStyle: { color: colours[side] },
-        markLine: k === 1 ? floorLine(data.floor, 'a perfect robot reads', data.unit) : undefined,
         tooltip: { formatter: (p) => `${data.targets[p.dataIndex]}\n${side}: ${p.value[1].toFixed(4)} ${data.unit}` },
-      })),
+      })), ...floorLine(data.floor, 'a perfect robot reads', data.unit)],
       tooltip: { ...base.tooltip, trigger: 'item' },
     },
   };

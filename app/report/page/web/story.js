@@ -10,19 +10,19 @@ export function waterfall(data, width) {
       type: 'bar', stack: key, name, data: data.steps.map((s) => s[key]), itemStyle: { color: full },
       label: { show: width > 500, position: 'top', distance: 3, formatter: (p) => (typeof p.value === 'number' ? p.value.toFixed(4) : ''), color: ink, fontSize: 11, ...onWhite },
       z: 3,
-      markLine: key === 'fitted' ? floorLine(data.floor, 'a perfect model leaves', 'mm') : undefined,
     });
     series.push({
       type: 'bar', stack: key, name: `closed, ${key}`, itemStyle: { color: pale },
       data: data.steps.map((s, i) => (i === 0 || s[key] === null || data.steps[i - 1][key] === null ? 0 : Math.max(0, data.steps[i - 1][key] - s[key]))),
     });
   });
+  const floor = floorLine(data.floor, 'a perfect model leaves', 'mm');
   return {
     height: 300,
     option: {
-      ...base, legend: legend({ data: sets.map((s) => s[1]) }), grid: { left: 58, right: 18, top: 34, bottom: 34 },
+      ...base, legend: legend({ data: [...sets.map((s) => s[1]), ...floor.map((f) => f.name)] }), grid: { left: 58, right: 18, top: 34, bottom: 34 },
       xAxis: { type: 'category', data: data.steps.map((s) => s.model), axisLabel: { color: ink, fontSize: 12, interval: 0 }, axisTick: { show: false } },
-      yAxis: axis('rms per coordinate [mm]', { min: 0, scale: false, nameGap: 42 }), series,
+      yAxis: axis('rms per coordinate [mm]', { min: 0, scale: false, nameGap: 42 }), series: [...series, ...floor],
       tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => (typeof v === 'number' ? mm(v) : '-') },
     },
   };
@@ -106,11 +106,12 @@ export function effect(data, width) {
   };
 }
 
-export function temperature(data) {
+export function temperature(data, width) {
+  const top = 14 + 20 * Math.ceil((data.sessions.length * 150) / width);
   return {
-    height: 260,
+    height: 226 + top,
     option: {
-      ...base, legend: legend({ type: 'scroll' }), grid: { left: 58, right: 18, top: 34, bottom: 44 },
+      ...base, legend: legend(), grid: { left: 58, right: 18, top, bottom: 44 },
       xAxis: axis('time since the start [h]'), yAxis: axis('temperature [degC]', { nameGap: 42 }),
       series: data.sessions.map((s) => ({ type: 'scatter', name: s.name, data: s.points, symbolSize: 3 })),
       tooltip: { ...base.tooltip, trigger: 'item', formatter: (p) => `${p.value[0].toFixed(2)} h: ${p.value[1].toFixed(2)} degC` },

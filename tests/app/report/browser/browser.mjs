@@ -4,7 +4,7 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 
-const kTimeout_ms = 60_000;
+const kTimeout_ms = 240_000;  // a loaded machine draws surfaces in software
 
 export class Browser {
   static async start(program) {

@@ -1,32 +1,23 @@
-// node look.mjs CHROMIUM URL OUT: what the page looks like, wide, narrow and on paper.
+// node look.mjs CHROMIUM URL OUT [WIDTH]: pictures of the whole page as a window of that width shows
+// it, and OUT.pdf as it prints; for whoever changes how it looks.
 import { writeFileSync } from 'node:fs';
 import { Browser } from './browser.mjs';
 
-const [program, url, out] = process.argv.slice(2);
-const kSlice = 1500;  // px: what can be looked at in one picture
-
-async function slices(page, name, width) {
-  const height = await page.ask('document.documentElement.scrollHeight');
-  for (let y = 0, k = 0; y < height; y += kSlice, k += 1) {
-    const clip = { x: 0, y, width, height: Math.min(kSlice, height - y), scale: 1 };
-    const { data } = await page.send('Page.captureScreenshot', { captureBeyondViewport: true, clip });
-    writeFileSync(`${out}-${name}-${String(k).padStart(2, '0')}.png`, Buffer.from(data, 'base64'));
-  }
-}
-
+const [program, url, out, width = '1280'] = process.argv.slice(2);
+const kHeight = 1500;
 const browser = await Browser.start(program);
 try {
-  const page = await browser.open(url, 1280, 900);
+  const page = await browser.open(url, Number(width), kHeight);
   await page.until("document.documentElement.dataset.state === 'done'");
-  await slices(page, 'wide', 1280);
-  await page.resize(420, 800);
-  await new Promise((r) => setTimeout(r, 600));
-  await slices(page, 'narrow', 420);
-  await page.resize(1280, 900);
+  const whole = await page.ask('document.documentElement.scrollHeight');
+  for (let y = 0, k = 0; y < whole; y += kHeight, k += 1) {
+    await page.ask(`scrollTo(0, ${y})`);
+    const { data } = await page.send('Page.captureScreenshot');
+    writeFileSync(`${out}-${String(k).padStart(2, '0')}.png`, Buffer.from(data, 'base64'));
+  }
   writeFileSync(`${out}.pdf`, await page.paper());
-  console.log(JSON.stringify({ errors: page.errors, requests: page.requests.filter((u) => !u.startsWith('data:')),
-    states: await page.ask("[...document.querySelectorAll('figure')].map((f) => [f.id, f.dataset.state, f.dataset.detail])"),
-    refused: await page.ask('document.documentElement.dataset.refused ?? null') }, null, 1));
+  const states = await page.ask("[...document.querySelectorAll('figure')].map((f) => `${f.dataset.state} ${f.id} ${f.dataset.detail ?? ''}`)");
+  console.log([...states, ...page.errors].join('\n'));
 } finally {
   await browser.stop();
 }
