@@ -13,10 +13,10 @@ using tests::run_program;
 
 namespace {
 
-using Json = nlohmann::json;
+using Answer = nlohmann::json;
 
-const Json& table(const Json& report, const std::string& id) {
-  for (const Json& t : report.at("tables")) {
+const Answer& table(const Answer& report, const std::string& id) {
+  for (const Answer& t : report.at("tables")) {
     if (t.at("id") == id) return t;
   }
   throw std::runtime_error("no table " + id);
@@ -35,19 +35,19 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   };
   run({"campaign", "import", tests::source_folder() + "/tests/support/campaigns/drive-error"});
   for (const char* method : {"lsq", "idw", "rbf"}) run({"calibrate", method, "drive-error"});
-  const Json report = Json::parse(run({"report", "drive-error", "--json"}));
+  const Answer report = Answer::parse(run({"report", "drive-error", "--json"}));
 
   CHECK(report.at("schema") == "trammel/report/1");
   CHECK(report.at("campaign") == "drive-error");
   CHECK_THAT(report.at("floor_mean_mm").get<double>(), WithinRel(0.0125331, 1e-5));
   for (const char* figure : {"position", "attitude"}) {
-    const Json& lsq = table(report, std::string("lsq-80-") + figure);
+    const Answer& lsq = table(report, std::string("lsq-80-") + figure);
     CHECK(lsq.at("in_sample") == true);
     CHECK(lsq.at("after_is") == "predicted");
     CHECK(lsq.at("before").at("n") == 80);
     CHECK(lsq.at("after").at("mean") < lsq.at("before").at("mean"));
     for (const char* method : {"idw", "rbf"}) {
-      const Json& held_out = table(report, std::string(method) + "-48-" + figure);
+      const Answer& held_out = table(report, std::string(method) + "-48-" + figure);
       CHECK(held_out.at("in_sample") == false);
       CHECK(held_out.at("before").at("n") == 48);
       CHECK(held_out.at("after").at("mean") < held_out.at("before").at("mean"));
@@ -65,30 +65,30 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   CHECK(report.at("identification").at("rank") == 12);
   CHECK(report.at("identification").at("columns") == 18);
   CHECK(report.at("chain_head").get<std::string>().size() == 64);
-  for (const Json& p : report.at("identification").at("parameters")) {
+  for (const Answer& p : report.at("identification").at("parameters")) {
     CAPTURE(p.at("name"));
     CHECK(p.at("value").is_number() == p.at("identified").get<bool>());
     if (p.at("name") == "l_2") CHECK(p.at("paper") == 0.3707);
   }
 
   // Figs. 7 and 8: what constants cannot follow is left, in-sample and held-out.
-  const Json& simulation = report.at("simulation");
+  const Answer& simulation = report.at("simulation");
   REQUIRE(simulation.size() == 2);
   CHECK(simulation[0].at("in_sample") == true);
   CHECK(simulation[1].at("in_sample") == false);
-  for (const Json& s : simulation) {
+  for (const Answer& s : simulation) {
     CHECK(s.at("left_mean_mm") < s.at("measured_mean_mm"));
     int n = 0;
-    for (const Json& ring : s.at("rings")) n += ring.at("n").get<int>();
+    for (const Answer& ring : s.at("rings")) n += ring.at("n").get<int>();
     CHECK(n == s.at("n").get<int>());
   }
   // Errors count from where the command leads there, from the target here.
   CHECK_THAT(simulation[0].at("measured_mean_mm").get<double>(),
              WithinAbs(table(report, "lsq-80-position").at("before").at("mean"), 1e-8));
 
-  const Json same = Json::parse(run({"compare", "drive-error", "drive-error", "--json"}));
+  const Answer same = Answer::parse(run({"compare", "drive-error", "drive-error", "--json"}));
   CHECK(same.at("tables").size() == report.at("tables").size());
-  for (const Json& t : same.at("tables")) CHECK(t.at("after_mean_difference") == 0.0);
+  for (const Answer& t : same.at("tables")) CHECK(t.at("after_mean_difference") == 0.0);
 
   const std::string text = run({"report", "drive-error"});
   CHECK_THAT(text, Contains("predicted from the readings before, not measured again"));
