@@ -82,12 +82,41 @@ TEST_CASE("a path between two good targets that comes near a singular pose is fo
   const std::vector<Pose> ends = {{-190, 70, rad_from_deg(-72)}, {160, -90, rad_from_deg(-77)}};
   CheckOptions options;
   options.singularity_margin = 0.3;
+  options.link_clearance_mm = 0;  // links do cross on this way: the next test
   for (const Pose& pose : ends) CHECK(reach(mechanism, pose).singularity.margin() > 0.38);
   const auto all = check(plan_of(ends), mechanism, options);
   REQUIRE(all.size() == 1);
   CHECK(has(all, 2, Place::path, What::singular));
   CHECK(all[0].got < 0.15);
   CHECK(check(plan_of({ends[0]}), mechanism, options).empty());
+}
+
+TEST_CASE("a path on which links come too close, or the platform goes too fast, is found",
+          "[plan]") {
+  const Mechanism mechanism = paper_mechanism();
+  const Plan turned = plan_of({{-190, 70, rad_from_deg(-72)}});
+  const auto close = check(turned, mechanism);
+  REQUIRE(close.size() == 1);
+  CHECK(has(close, 1, Place::path, What::collision));
+  CHECK(describe(close[0]) == "point 1, path: links too close: 0.000 mm, limit 10.000 mm");
+  const Plan plan = plan_of(paper_80());
+  CheckOptions slow;
+  slow.max_platform_mm_s = 20;  // as fast as the rails: on many ways the platform is faster
+  const auto fast = check(plan, mechanism, slow);
+  REQUIRE_FALSE(fast.empty());
+  for (const Violation& v : fast) CHECK(v.what == What::too_fast);
+  CHECK_THAT(describe(fast[0]), Contains("mm/s, limit 20.0 mm/s"));
+  slow.max_platform_mm_s = 40;
+  CHECK(check(plan, mechanism, slow).empty());
+  CheckOptions rails;
+  rails.speed_mm_s = 201;
+  REQUIRE(check(plan, mechanism, rails).size() == 1);
+  CHECK(describe(check(plan, mechanism, rails)[0]) ==
+        "target: too fast: 201.0 mm/s, limit 200.0 mm/s");
+  for (const auto value : {0.0, -1.0, std::nan("")}) {
+    rails.max_speed_mm_s = value;
+    CHECK_THROWS_WITH(check(plan, mechanism, rails), Contains("max_speed_mm_s"));
+  }
 }
 
 TEST_CASE("a target that only the mirrored assembly of the platform reaches is found", "[plan]") {
