@@ -85,7 +85,8 @@ Standing parse_standing(std::string_view text) {
   for (std::string word; words >> word;) {
     if (const auto value = parse_number(word)) values.push_back(*value);
   }
-  if (values.size() != 9) {
+  const bool sound = values.size() == 9 && values[6] >= 1 && values[6] < 1e6;  // 6: the epoch
+  if (!sound) {
     throw DeviceError({.what = "no standing of an emulated stage",
                        .got = std::string(text),
                        .expected = "nine numbers"});
