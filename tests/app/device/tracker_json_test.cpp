@@ -99,7 +99,7 @@ TEST_CASE("a real stage and a real tracker are opened without a word to either",
   CHECK_FALSE(devices.stage->homed());
   CHECK(devices.sigma.has_value());
   CHECK(devices.identity !=
-        open_devices("galil:" + kExamples + "galil.json", "file:" + kExamples + "tracker_file.json")
+        open_devices("galil:" + kExamples + "galil.json", "t2sa:" + kExamples + "t2sa_object.json")
             .identity);
 }
 
