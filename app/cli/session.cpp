@@ -214,7 +214,8 @@ void setup_run(CLI::App& session, Context& context) {
   c.add_option("--stage", o->request.stage, "sim:FILE or galil:FILE")
       ->required()
       ->type_name("STAGE");
-  c.add_option("--tracker", o->request.tracker, "sim, or t2sa:FILE")->capture_default_str();
+  c.add_option("--tracker", o->request.tracker, "sim, t2sa:FILE or file:FILE")
+      ->capture_default_str();
   c.add_option("--session", o->request.session, "its name (the plan's)")->type_name("SESSION");
   c.add_option("--compensate", o->compensate,
                "job whose correction is commanded, a diagnose job too: its number or key, or "

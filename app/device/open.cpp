@@ -45,12 +45,13 @@ TrackerFile open_tracker(const std::string& tracker, const std::string& text,
 }
 
 std::string file_of_tracker(const std::string& tracker) {
-  constexpr std::string_view kKind = "t2sa:";
-  if (tracker.starts_with(kKind)) return tracker.substr(kKind.size());
+  for (const char* kind : {"t2sa:", "file:"}) {
+    if (tracker.starts_with(kind)) return tracker.substr(std::string_view(kind).size());
+  }
   throw UsageError({.what = "a real stage is seen by a real tracker alone",
                     .where = {.field = "--tracker"},
                     .got = tracker,
-                    .expected = "t2sa:FILE"});
+                    .expected = "t2sa:FILE, file:FILE"});
 }
 
 Devices open_galil(const std::string& file, const std::string& tracker_option) {

@@ -7,7 +7,7 @@
 namespace trammel::device {
 
 /// The devices that `--stage` and `--tracker` name: "sim:FILE" and "sim", or "galil:FILE" and
-/// "t2sa:FILE". No real device is spoken to before it is used. Throws UsageError for
+/// "t2sa:FILE" or "file:FILE". No real device is spoken to before it is used. Throws UsageError for
 /// a kind of device that does not exist, listing those that do; InputError for a file of no robot.
 Devices open_devices(const std::string& stage, const std::string& tracker);
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 
+#include "app/device/file_tracker.hpp"
 #include "app/device/t2sa.hpp"
 #include "app/device/thermometers.hpp"
 #include "app/exchange/fields.hpp"
 #include "app/exchange/files.hpp"
+#include "app/exchange/points_format.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -115,13 +117,47 @@ std::unique_ptr<Tracker> read_t2sa(Fields source, const TrackerFields& tracker) 
   return std::make_unique<T2saTracker>(std::move(s));
 }
 
-std::unique_ptr<Thermometer> read_thermometer(Fields fields, const std::filesystem::path& folder) {
+std::unique_ptr<Tracker> read_file_source(Fields source, const TrackerFields& tracker,
+                                          FileTrackerSettings& s) {
+  s.file = beside(tracker.folder, source.text("file"));
+  std::vector<std::string> formats;
+  for (const PointsFormat& format : points_formats()) formats.emplace_back(format.name);
+  s.format.format = source.choice("format", formats, "");
+  s.format.unit = source.text("unit", "");
+  if (!s.format.unit.empty()) {
+    try {
+      static_cast<void>(mm_of_unit(s.format.unit));
+    } catch (const InputError& error) {
+      source.refuse("unit", error.text().what, error.text().expected);
+    }
+  }
+  if (source.has("date")) {
+    const bool day = source.choice("date", {"day-first", "month-first"}) == "day-first";
+    s.format.date = day ? DateOrder::day_first : DateOrder::month_first;
+  }
+  s.format.decimal = source.choice("decimal", {".", ","}, ".")[0];
+  s.by_name = source.choice("rows", {"in order", "by name"}, "in order") == "by name";
+  s.timeout_s = positive(source, "timeout_s", s.timeout_s);
+  s.poll_s = positive(source, "poll_s", s.poll_s);
+  source.done();
+  s.nests = tracker.nests;
+  return std::make_unique<FileTracker>(s);
+}
+
+std::unique_ptr<Thermometer> read_thermometer(Fields fields, const std::filesystem::path& folder,
+                                              const FileTrackerSettings* file) {
+  const std::string source = fields.choice("source", {"fixed", "file", "tracker"});
   std::unique_ptr<Thermometer> thermometer;
-  if (fields.choice("source", {"fixed", "file"}) == "fixed") {
+  if (source == "fixed") {
     thermometer = fixed_thermometer(fields.number("temp_degc"));
-  } else {
+  } else if (source == "file") {
     thermometer =
         logged_thermometer(beside(folder, fields.text("file")), positive(fields, "max_age_s", 600));
+  } else if (file != nullptr) {
+    thermometer =
+        tracker_thermometer(file->file, file->format, fields.optional_number("first_degc"));
+  } else {
+    fields.refuse("source", "T2SA tells no temperature", "file or fixed");
   }
   fields.done();
   return thermometer;
@@ -134,7 +170,7 @@ TrackerFile read_tracker_fields(Fields top, const std::filesystem::path& folder)
   TrackerFile result;
   result.emulated = top.boolean("emulated", false);
   Fields source = top.object("source");
-  result.kind = source.choice("type", {"t2sa"});
+  result.kind = source.choice("type", {"t2sa", "file"});
   const bool t2sa = result.kind == "t2sa";
   TrackerFields tracker;
   tracker.folder = folder;
@@ -149,8 +185,9 @@ TrackerFile read_tracker_fields(Fields top, const std::filesystem::path& folder)
   result.sigma = tracker.sigma;
   result.measure_s =
       kPointTakesS * static_cast<double>(std::max<std::size_t>(1, tracker.nests.frame.body.size()));
-  result.tracker = read_t2sa(source, tracker);
-  result.thermometer = read_thermometer(top.object("temperature"), folder);
+  FileTrackerSettings file;
+  result.tracker = t2sa ? read_t2sa(source, tracker) : read_file_source(source, tracker, file);
+  result.thermometer = read_thermometer(top.object("temperature"), folder, t2sa ? nullptr : &file);
   top.done();
   return result;
 }

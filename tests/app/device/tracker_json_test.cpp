@@ -42,7 +42,10 @@ TEST_CASE("the examples of trackers are read as they stand, and valid", "[device
   // An equilateral triangle of 150 mm: sigma / sqrt(3 r^2) = 5 um / 150 mm = 33 urad.
   CHECK(t2sa.sigma.phi_rad == Approx(0.005 / 150).epsilon(1e-4));
   CHECK(t2sa.sigma.xy_mm == Approx(0.005 / std::sqrt(3.0)).epsilon(1e-4));
-  for (const char* name : {"t2sa.json", "t2sa_object.json"}) {
+  const TrackerFile file = read_tracker(kExamples + "tracker_file.json");
+  CHECK(file.kind == "file");
+  CHECK(file.thermometer->describe().find("weather record") == 0);
+  for (const char* name : {"t2sa.json", "t2sa_object.json", "tracker_file.json"}) {
     CAPTURE(name);
     CHECK_NOTHROW(read_tracker(kExamples + name));
     CHECK(tests::schema_errors(tracker_example(name), "tracker.schema.json") == "");
@@ -65,7 +68,11 @@ TEST_CASE("what is no tracker is refused with its line", "[device][tracker]") {
                         {"t2sa.json", "/sigma_mm", 0, "sigma_mm"},
                         {"t2sa.json", "/base_frame", {{"x_mm", 0}, {"y_mm", 0}}, "base_nests"},
                         {"t2sa.json", "/temperature/source", "tracker", "temperature.source"},
-                        {"t2sa_object.json", "/object/sigma_phi_deg", 0, "object.sigma_xy_mm"}}) {
+                        {"t2sa_object.json", "/object/sigma_phi_deg", 0, "object.sigma_xy_mm"},
+                        {"tracker_file.json", "/source/format", "f9", "source.format"},
+                        {"tracker_file.json", "/source/unit", "furlong", "source.unit"},
+                        {"tracker_file.json", "/source/rows", "as they come", "source.rows"},
+                        {"tracker_file.json", "/color", "red", "color"}}) {
     CAPTURE(c.example, c.pointer, c.value.dump());
     TrackerJson json = tracker_example(c.example);
     json[TrackerJson::json_pointer(c.pointer)] = c.value;
@@ -106,6 +113,7 @@ TEST_CASE("a real stage and a real tracker are opened without a word to either",
 TEST_CASE("stage and tracker that do not go together are refused", "[device][tracker]") {
   const std::string galil = "galil:" + kExamples + "galil.json";
   CHECK_THROWS_AS(open_devices(galil, "sim"), UsageError);
+  CHECK_THROWS_AS(open_devices(galil, "file:" + kExamples + "t2sa.json"), UsageError);
   CHECK_THROWS_AS(open_devices("acs:x", "sim"), UsageError);
   const tests::TemporaryFolder folder;
   TrackerJson json = tracker_example("t2sa.json");
