@@ -211,6 +211,15 @@ CampaignRow require_campaign(Connection& connection, std::string_view name) {
                        .expected = names.empty() ? "a campaign: there is none yet" : names});
 }
 
+double campaign_age_s(Connection& connection, Id campaign_id) {
+  Statement age(connection,
+                "SELECT max(0.0, (julianday('now') - julianday(created_utc)) * 86400.0) "
+                "FROM campaign WHERE id = ?");
+  age << campaign_id;
+  TRAMMEL_ASSERT(age.step());
+  return age.real(0);
+}
+
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
                              const std::map<int, std::string>& extra_json,
                              const std::string& settings_json,

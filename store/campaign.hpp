@@ -31,6 +31,9 @@ std::optional<CampaignRow> find_campaign(Connection& connection, std::string_vie
 /// @throws NotFoundError naming the campaigns there are
 CampaignRow require_campaign(Connection& connection, std::string_view name);
 
+/// Seconds since the campaign was made, by the computer's date; not below 0.
+double campaign_age_s(Connection& connection, Id campaign_id);
+
 struct ImportResult {
   Id campaign_id = 0;
   bool already_stored = false;  // the same content is there under this name: nothing was written

@@ -213,6 +213,13 @@ void take_in(store::Connection& connection, const store::CampaignRow& campaign) 
                             "`; move the file away to go on without it"});
 }
 
+/// The plan's own time goes on where it ended; that of the world has passed by itself.
+double start_s(store::Connection& connection, const Course& course,
+               const device::Devices& devices) {
+  if (devices.virtual_time) return course.settings.start_s;
+  return store::campaign_age_s(connection, course.campaign.id);
+}
+
 /// The stored plan, on the stage as it is now.
 Outcome checked_again(const Course& course, const device::Devices& devices) {
   const store::SessionRow& row = course.session;
@@ -269,6 +276,7 @@ Outcome run(store::Connection& connection, const Request& request,
   const auto sessions = store::list_sessions(connection, course.campaign.id);
   course.settings = settings_after(sessions, request, *devices);
   course.settings.plan_sha256 = looked.plan_sha256;
+  course.settings.start_s = start_s(connection, course, *devices);
   devices->clock->start(course.plan, course.settings.start_s);
   course.settings.end_s = devices->clock->end_s();
   const bool new_set_up = request.new_set_up || !as_before(sessions, *devices);
@@ -302,7 +310,7 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
   const Outcome looked = checked_again(course, *devices);
   if (looked.refused()) return looked;
   course.correction = correction_of(connection, course.session.compensation_job, surroundings);
-  devices->clock->start(course.plan, course.settings.start_s);
+  devices->clock->start(course.plan, start_s(connection, course, *devices));
   store::interrupt_open_attempts(connection, course.session.id,
                                  "the runner ended before it was closed");
   Outcome outcome = Runner(connection, devices, course, surroundings).walk(true, false);

@@ -1,5 +1,7 @@
 #include "store/campaign.hpp"
 
+#include <chrono>
+
 #include "store/session.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
@@ -114,4 +116,17 @@ TEST_CASE("the text a reading was made of is kept, and counts when it is brought
   CHECK_THROWS_AS(import_campaign(db, small_campaign(), {}, settings, {{2, "another"}}),
                   InputError);
   CHECK(import_campaign(db, small_campaign()).already_stored);  // an export has no raw text
+}
+
+TEST_CASE("a campaign grows older by itself, from 0", "[store]") {
+  const TempFolder folder;
+  Connection db = store::open(folder.file("lab.db"), Access::create);
+  const Id id = add_campaign(db, small_campaign());
+  const double age_s = campaign_age_s(db, id);
+  CHECK(age_s >= 0);
+  CHECK(age_s < 60);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (campaign_age_s(db, id) <= age_s && std::chrono::steady_clock::now() < until) {
+  }
+  CHECK(campaign_age_s(db, id) > age_s);
 }
