@@ -5,6 +5,7 @@
 #include <array>
 
 #include "app/cli/complete.hpp"
+#include "app/device/open.hpp"
 #include "app/job/stages.hpp"
 #include "core/model/effect.hpp"
 #include "core/plan/named.hpp"
@@ -91,6 +92,16 @@ Candidates effects() {
   return found;
 }
 
+Candidates devices() {
+  Candidates found{.words = {}, .paths = Paths::files};
+  for (const std::string& kind : device::stage_kinds()) found.words.push_back({kind, "FILE"});
+  return found;
+}
+
+Candidates trackers() {
+  return {.words = {{"sim", "sees a simulated stage"}, {"t2sa:", "FILE"}}, .paths = Paths::files};
+}
+
 Candidates stages() {
   Candidates found;
   for (const job::Stage& stage : job::stages()) found.words.push_back({stage.name, stage.what});
@@ -111,15 +122,14 @@ struct Fixed {
   const char* name;
   Candidates (*values)();
 };
-constexpr std::array<Fixed, 6> kFixed = {
+constexpr std::array<Fixed, 7> kFixed = {
     {{"FILE", [] { return Candidates{.words = {}, .paths = Paths::files}; }},
      {"FOLDER", [] { return Candidates{.words = {}, .paths = Paths::folders}; }},
      {"PLAN", plans},
      {"EFFECT", effects},
      {"METHOD", stages},
-     {"STAGE", [] {
-        return Candidates{.words = {{"sim:", "a virtual robot's file"}}, .paths = Paths::files};
-      }}}};
+     {"STAGE", devices},
+     {"TRACKER", trackers}}};
 
 }  // namespace
 

@@ -110,4 +110,10 @@ Devices open_devices(const std::string& stage, const std::string& tracker) {
                     .expected = known});
 }
 
+std::vector<std::string> stage_kinds() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds) names.push_back(kind.name + std::string(":"));
+  return names;
+}
+
 }  // namespace trammel::device

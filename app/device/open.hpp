@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/device/device.hpp"
 
@@ -10,5 +11,8 @@ namespace trammel::device {
 /// "t2sa:FILE" or "file:FILE". No real device is spoken to before it is used. Throws UsageError for
 /// a kind of device that does not exist, listing those that do; InputError for a file of no robot.
 Devices open_devices(const std::string& stage, const std::string& tracker);
+
+/// How a stage's name begins, by kind: "sim:".
+std::vector<std::string> stage_kinds();
 
 }  // namespace trammel::device

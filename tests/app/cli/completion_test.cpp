@@ -192,7 +192,7 @@ TEST_CASE("fish completes commands, options, campaigns, choices and files", "[cl
   };
   const auto commands = fish("trammel camp");
   if (!commands) return;
-  CHECK(*commands == "campaign\tCampaigns: list, show, import, export\n");
+  CHECK_THAT(*commands, StartsWith("campaign\tCampaigns: "));
   CHECK_THAT(*fish("trammel report "), StartsWith("drive-error\tsimulated"));
   CHECK_THAT(*fish("trammel report drive-error --js"), StartsWith("--json\t"));
   CHECK_THAT(*fish("trammel plan create lattice --order ne"), StartsWith("nearest"));

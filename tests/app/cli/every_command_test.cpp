@@ -334,7 +334,7 @@ TEST_CASE("answers of another form, and those that are not acceptable, are valid
            {{"plan", "check", "far.json"}, "plan-check", 5},
            {{"session", "run", "lab", "--plan", "far.json", "--stage", "sim:demo/robot.json"},
             "session-run",
-            5},
+            6},
            {{"diagnose", "drive-error", "--require", "unexplained"}, "diagnose", 5},
            {{"calibrate", "geometry", "drive-error", "--effects", "lead_scale"}, "calibrate", 0},
            {{"model", "export", "drive-error", "last", "model.json"}, "model-export", 0},
@@ -381,9 +381,11 @@ TEST_CASE("help names every value and keeps to 100 columns", "[cli]") {
   for (const Command& command : all_commands()) {
     const Finished help = laboratory().run(command.words, {"--help"});
     CAPTURE(command.name(), help.out);
-    CHECK(help.out.find("TEXT") == std::string::npos);  // a type_name says what is meant
     std::istringstream in(help.out);
-    for (std::string line; std::getline(in, line);) CHECK(cli::columns_of(line) <= 100);
+    for (std::string line; std::getline(in, line);) {
+      CHECK(cli::columns_of(line) <= 100);
+      if (line.starts_with("  --")) CHECK(line.substr(0, 30).find(" TEXT") == std::string::npos);
+    }
   }
 }
 

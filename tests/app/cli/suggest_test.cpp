@@ -3,6 +3,7 @@
 #include <set>
 
 #include "app/cli/cli.hpp"
+#include "app/cli/command_tree.hpp"
 #include "app/cli/commands.hpp"
 #include "tests/support/catch.hpp"
 
@@ -44,15 +45,14 @@ using Words = std::vector<std::string>;
 /// Words that lead to each command of the tree, the program itself first.
 void walk(const CLI::App& app, const Words& path, std::vector<std::pair<Words, Words>>& found) {
   Words names;
-  const auto all = [](const CLI::App*) { return true; };
-  for (const CLI::App* sub : app.get_subcommands(all)) names.push_back(sub->get_name());
+  for (const CLI::App* sub : visible_commands(app)) names.push_back(sub->get_name());
   for (const CLI::App* at = &app; at != nullptr; at = at->get_parent()) {
     for (const CLI::Option* option : at->get_options()) {
       for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
     }
   }
   found.emplace_back(path, names);
-  for (const CLI::App* sub : app.get_subcommands(all)) {
+  for (const CLI::App* sub : visible_commands(app)) {
     Words longer = path;
     longer.push_back(sub->get_name());
     walk(*sub, longer, found);
@@ -96,8 +96,7 @@ TEST_CASE("a misspelling by one edit of any command is answered by the right one
   set_up(app, context, commands());
   int right = 0, asked = 0;
   std::vector<std::string> names;
-  const auto all = [](const CLI::App*) { return true; };
-  for (const CLI::App* sub : app.get_subcommands(all)) names.push_back(sub->get_name());
+  for (const CLI::App* sub : visible_commands(app)) names.push_back(sub->get_name());
   names.insert(names.end(), {"--json", "--db", "--version"});
   for (const std::string& name : names) {
     for (const std::string& wrong : one_edit(name)) {
