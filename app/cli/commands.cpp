@@ -18,6 +18,7 @@
 #include "app/cli/query.hpp"
 #include "app/cli/reading.hpp"
 #include "app/cli/report.hpp"
+#include "app/cli/serve.hpp"
 #include "app/cli/session.hpp"
 #include "app/cli/session_control.hpp"
 
@@ -40,6 +41,7 @@ const std::vector<Setup>& commands() {
       setup_model,
       setup_job,
       setup_report,
+      setup_serve,
       setup_assess,
       setup_compare,
       setup_mechanism,

@@ -103,6 +103,7 @@ const std::map<std::string, Words>& examples() {
       {"job diff", {"1", "2"}},
       {"job rerun", {"1"}},
       {"report", {"paper"}},
+      {"serve", {"paper"}},
       {"assess", {"paper"}},
       {"compare", {"paper", "drive-error"}},
       {"mechanism check", {"demo/robot.json"}},
@@ -194,7 +195,9 @@ Words line(const Command& command, const Words& more = {}) {
 }
 
 /// Commands that serve until they are stopped.
-bool serves(const Command& command) { return command.words[0] == "emulate"; }
+bool serves(const Command& command) {
+  return command.words[0] == "emulate" || command.words[0] == "serve";
+}
 
 Finished run(const Command& command, const Words& words) {
   return serves(command) ? laboratory().serve(words) : laboratory().run(words);

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "app/cli/context.hpp"
+
+namespace trammel::cli {
+
+/// `serve CAMPAIGN`: the report as a live page on this machine, until Ctrl-C.
+void setup_serve(CLI::App& app, Context& context);
+
+}  // namespace trammel::cli
