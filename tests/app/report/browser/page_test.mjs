@@ -1,6 +1,8 @@
-// node --test page_test.mjs, with TRAMMEL and CHROMIUM in the environment: the report in a browser.
+// node --test page_test.mjs, with TRAMMEL and CHROMIUM in the environment: the report in a browser, as
+// a file and live.
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
+import { once } from 'node:events';
 import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
@@ -97,7 +99,7 @@ function everyFigureDrew(figures) {
   }
 }
 
-test('every figure of the demo draws on a wide and on a narrow window, and asks nobody', async () => {
+test('every figure of the demo draws on a wide window, a narrow one and on paper, and asks nobody', async () => {
   const page = await open('paper.html', 1280, 900);
   const figures = await page.ask(kFigures);
   everyFigureDrew(figures);
@@ -117,12 +119,9 @@ test('every figure of the demo draws on a wide and on a narrow window, and asks 
   await page.until(`document.querySelector('#headline svg').getBoundingClientRect().width < ${wide / 2}`);
   everyFigureDrew(await page.ask(kFigures));
   assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
-  await undisturbed(page);
-  await page.close();
-});
 
-test('on paper the figures fit the sheet, and come back to the screen', async () => {
-  const page = await open('paper.html', 1280, 900);
+  await page.resize(1280, 900);
+  await page.until(`document.querySelector('#headline svg').getBoundingClientRect().width === ${wide}`);
   await page.ask(`addEventListener('beforeprint', () => {
     window.widest = Math.max(...[...document.querySelectorAll('figure svg')].map((s) => s.getBoundingClientRect().width));
   })`);
@@ -131,7 +130,7 @@ test('on paper the figures fit the sheet, and come back to the screen', async ()
   const pages = pdf.toString('latin1').match(/\/Type\s*\/Page\b/g).length;
   assert.ok(pages >= 10 && pages <= 60, `${pages} pages`);
   assert.ok(await page.ask('window.widest') <= 690);
-  assert.ok(await page.ask("document.querySelector('#headline svg').getBoundingClientRect().width") > 900);
+  assert.equal(await page.ask("document.querySelector('#headline svg').getBoundingClientRect().width"), wide);
   await undisturbed(page);
   await page.close();
 });
@@ -144,5 +143,39 @@ test('hostile names and texts stay text', async () => {
   assert.equal(await page.ask("document.querySelectorAll('img[src=\"x\"], svg[onload], script[src]').length"), 0);
   assert.equal(await page.ask('document.title'), `Campaign ${kHostile}`);
   await undisturbed(page);
+  await page.close();
+});
+
+// `trammel WORDS…` in the background.
+function started(...words) {
+  return spawn(TRAMMEL, words, { cwd: folder, stdio: ['ignore', 'pipe', 'ignore'],
+    env: { ...process.env, TRAMMEL_DB: join(folder, 'trammel.db') } });
+}
+
+test('the live page follows a session that another process measures, and its end', async () => {
+  const serve = started('serve', 'paper');
+  const [line] = await once(serve.stdout, 'data');
+  const url = line.toString().trim();
+  const page = await browser.open(url, 1280, 900);
+  await page.until("document.getElementById('now')?.dataset.state === 'done'");
+  assert.ok(await page.ask("document.querySelector('.simulated').getBoundingClientRect().height > 30"));
+
+  const live = (what) => `document.querySelector('#now').textContent.includes(${JSON.stringify(what)})`;
+  trammel('plan', 'create', 'lattice', '--step', '50', '--out', 'more.json');
+  const run = started('session', 'run', 'paper', '--plan', 'more.json', '--session', 'watched', '--stage', 'sim:demo/robot.json');
+  await page.until(live('watched'));
+  const [code] = await once(run, 'exit');
+  assert.equal(code, 0);
+  await page.until(`${live('watched')} && document.getElementById('now').dataset.state === 'done'`);
+  assert.ok(await page.ask("document.querySelectorAll('#live-deviations svg path').length > 10"));
+  // The report below is asked for anew: the session that has ended is in it.
+  await page.until("document.getElementById('sessions')?.textContent.includes('watched')");
+  assert.deepEqual(page.requests.filter((asked) => !asked.startsWith(url) && !/^(data|blob):/.test(asked)), []);
+  assert.equal(await page.ask('document.documentElement.dataset.refused ?? null'), null);
+
+  serve.kill('SIGTERM');
+  assert.deepEqual(await once(serve, 'exit'), [0, null]);
+  await page.until("document.getElementById('now').dataset.state === 'no-answer'");
+  assert.ok(await page.ask(live('No answer from trammel serve')));
   await page.close();
 });
