@@ -214,9 +214,10 @@ CampaignRow require_campaign(Connection& connection, std::string_view name) {
 double campaign_age_s(Connection& connection, Id campaign_id) {
   Statement age(connection,
                 "SELECT max(0.0, (julianday('now') - julianday(created_utc)) * 86400.0) "
-                "FROM campaign WHERE id = ?");
+                "FROM campaign WHERE campaign_id = ?");
   age << campaign_id;
-  TRAMMEL_ASSERT(age.step());
+  const bool there = age.step();
+  TRAMMEL_ASSERT(there);
   return age.real(0);
 }
 
