@@ -9,9 +9,9 @@ namespace trammel::serve {
 
 struct Options {
   std::filesystem::path database;
-  std::string campaign;  // name or uuid
-  std::string session;   // empty: the one with the latest event
-  int port = 0;          // 0: any that is free
+  std::string campaign;      // name or uuid
+  std::string session = {};  // empty: the one with the latest event
+  int port = 0;              // 0: any that is free
 };
 
 /// Answers on 127.0.0.1 alone, under a path that holds a random token: who does not know it,
