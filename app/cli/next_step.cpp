@@ -46,6 +46,7 @@ constexpr auto kRows = std::to_array<Row>({
     {"mechanism fk",          "trammel mechanism ik FILE --pose X Y PHI",       "trammel mechanism workspace FILE"},
     {"mechanism sensitivity", "trammel mechanism workspace FILE",               ""},
     {"mechanism workspace",   "trammel plan create lattice --out plan.json",    ""},
+    {"serve",                 "trammel report CAMPAIGN",                        ""},
     {"query",                 "trammel query SQL --csv",                        ""},
     {"db check",              "trammel db verify",                              "restore a backup, then: trammel db verify"},
     {"db verify",             "trammel db backup FILE",                         "restore a backup, then: trammel db verify"},

@@ -121,6 +121,10 @@ Server::Server(Options options) : inside_(std::make_unique<Inside>(std::move(opt
         response.status = 503;  // a database that is being replaced: the page asks again
       });
   in.http.new_task_queue = [] { return new httplib::ThreadPool(4); };
+  in.http.set_socket_options([](socket_t socket) {  // the library would share a taken port
+    const int on = 1;
+    ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  });
   in.http.set_payload_max_length(0);
   in.http.set_read_timeout(kPatience_s);
   in.http.set_write_timeout(kPatience_s);

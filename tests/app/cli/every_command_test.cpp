@@ -151,7 +151,7 @@ class Laboratory {
 
   /// The same for a command that serves until it is stopped: stopped once it says where.
   [[nodiscard]] Finished serve(const Words& words) const {
-    tests::Served served(words, path());
+    tests::Served served(with_db(words), path());
     static_cast<void>(served.first_line());
     return served.stop(SIGTERM);
   }
