@@ -55,7 +55,11 @@ function makeLive(picture, item) {
   live = () => { chart.dispose(); box.remove(); picture.hidden = false; live = null; };
 }
 
+let drawing = false;
+
 async function drawSurfaces() {
+  if (drawing) return;
+  drawing = true;
   const workshop = element('div', { class: 'workshop', 'aria-hidden': 'true' });
   document.body.append(workshop);
   while (queue.length) {
@@ -76,6 +80,7 @@ async function drawSurfaces() {
     }
   }
   workshop.remove();
+  drawing = false;
   document.documentElement.dataset.state = 'done';
 }
 
@@ -115,7 +120,7 @@ function show(page, contents, main) {
     s.words.forEach((words) => section.append(element('p', {}, words)));
     s.items.forEach((item) => (item.type === 'table' ? addTable(section, item) : addFigure(section, item)));
   });
-  return drawSurfaces();
+  drawSurfaces();
 }
 
 // ---- screen and paper -----------------------------------------------------------------------
@@ -143,10 +148,11 @@ const contents = document.getElementById('contents'), main = document.getElement
 function showAgain(page) {
   if (live) live();
   shown.splice(0).forEach((entry) => entry.chart.dispose());
+  queue.length = 0;
   contents.replaceChildren();
   main.replaceChildren();
   document.querySelector('.verdict').textContent = page.verdict;
-  return show(page, contents, main);
+  show(page, contents, main);
 }
 
 const page = JSON.parse(document.getElementById('data').textContent);
