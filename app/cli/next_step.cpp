@@ -19,7 +19,7 @@ constexpr auto kRows = std::to_array<Row>({
     // clang-format off
     {"plan create",           "trammel plan create GRID --out plan.json",       ""},
     {"plan show",             "trammel plan check PLAN",                        ""},
-    {"plan check",            "trammel session run CAMPAIGN --plan PLAN --stage sim:robot.json",
+    {"plan check",            "trammel session run CAMPAIGN --plan PLAN --stage STAGE",
                               "trammel plan show PLAN"},
     {"session run",           "trammel session status CAMPAIGN",                "trammel plan check PLAN"},
     {"session resume",        "trammel report CAMPAIGN",                        "trammel session status CAMPAIGN"},
@@ -39,6 +39,7 @@ constexpr auto kRows = std::to_array<Row>({
     {"job verify",            "trammel job list",                               "trammel job why JOB"},
     {"job diff",              "trammel job why JOB",                            ""},
     {"job rerun",             "trammel job list",                               "trammel job list"},
+    {"serve",                 "trammel report CAMPAIGN",                        ""},
     {"assess",                "trammel diagnose CAMPAIGN",                      ""},
     {"compare",               "trammel report CAMPAIGN",                        ""},
     {"mechanism check",       "trammel mechanism workspace FILE",               "trammel mechanism workspace FILE"},
