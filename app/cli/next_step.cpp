@@ -39,7 +39,6 @@ constexpr auto kRows = std::to_array<Row>({
     {"job verify",            "trammel job list",                               "trammel job why JOB"},
     {"job diff",              "trammel job why JOB",                            ""},
     {"job rerun",             "trammel job list",                               "trammel job list"},
-    {"serve",                 "trammel report CAMPAIGN",                        ""},
     {"assess",                "trammel diagnose CAMPAIGN",                      ""},
     {"compare",               "trammel report CAMPAIGN",                        ""},
     {"mechanism check",       "trammel mechanism workspace FILE",               "trammel mechanism workspace FILE"},
