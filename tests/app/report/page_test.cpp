@@ -106,7 +106,8 @@ TEST_CASE("errors by point have the mean that the report's table says", "[report
   const Imported imported({"lsq", "rbf"});
   const tests::Finished json = run_program({"report", "drive-error", "--json"}, imported.path());
   const auto of_page = items(imported.page());
-  for (const auto& t : nlohmann::json::parse(json.out).at("tables")) {
+  const auto report = nlohmann::json::parse(json.out);
+  for (const auto& t : report.at("tables")) {
     const std::string id = "points-" + t.at("method").get<std::string>() + "-" +
                            std::to_string(t.at("before").at("n").get<int>()) + "-" +
                            t.at("figure").get<std::string>();
