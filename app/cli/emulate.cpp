@@ -1,10 +1,8 @@
 #include "app/cli/emulate.hpp"
 
 #include <fmt/format.h>
-#include <signal.h>
 
-#include <cstdio>
-
+#include "app/cli/serving.hpp"
 #include "app/device/robot_json.hpp"
 #include "app/emulate/galil.hpp"
 #include "app/emulate/stage_link.hpp"
@@ -63,29 +61,7 @@ emulate::TrackerSetup tracker_setup(const EmulateOptions& o) {
   return o.nests.empty() ? emulate::default_tracker() : emulate::read_tracker_setup(o.nests);
 }
 
-/// Blocked before a server starts its thread, so that they are for us alone.
-sigset_t hold_signals() {
-  sigset_t ends;
-  sigemptyset(&ends);
-  sigaddset(&ends, SIGINT);
-  sigaddset(&ends, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
-  return ends;
-}
-
-/// Says where it listens, on one line and at once, then waits for the end.
-void serve(const char* command, const std::string& text, const Json& fields, const sigset_t& ends,
-           const Context& context) {
-  Json object = {{"schema", fmt::format("trammel/{}/1", command)}};
-  object.update(fields);
-  context.print(context.json ? object.dump() : text);
-  if (std::fflush(stdout) != 0) {
-    throw Error(ExitCode::error, {.what = "could not write to stdout"});
-  }
-  context.say("Ctrl-C ends it");
-  int signal = 0;
-  sigwait(&ends, &signal);
-}
+constexpr const char* kNote = "Ctrl-C ends it";
 
 ExitCode run_galil(const EmulateOptions& o, Context& context) {
   Faults faults, tracker_faults;
@@ -102,16 +78,18 @@ ExitCode run_galil(const EmulateOptions& o, Context& context) {
   std::optional<emulate::Server> second;
   std::string text =
       fmt::format("emulated Galil DMC-4183 on {}:{}", o.server.address, server.port());
-  Json fields = {{"address", o.server.address}, {"port", server.port()}};
+  Json object = {{"schema", "trammel/emulate-galil/1"},
+                 {"address", o.server.address},
+                 {"port", server.port()}};
   if (o.tracker_port) {
     emulate::ServerOptions there = o.server;
     there.port = *o.tracker_port;
     second.emplace(there, emulate::tracker_conversations(tracker, tracker_faults));
     text += fmt::format("\nemulated tracker on {}:{}", there.address, second->port());
-    fields["tracker_port"] = second->port();
+    object["tracker_port"] = second->port();
   }
-  fields["speedup"] = o.speedup;
-  serve("emulate-galil", text, fields, ends, context);
+  object["speedup"] = o.speedup;
+  serve_until_told(text, object, kNote, ends, context);
   return ExitCode::ok;
 }
 
@@ -129,10 +107,12 @@ ExitCode run_tracker(const EmulateOptions& o, Context& context) {
   emulate::EmulatedTracker tracker(robot, tracker_setup(o), look, faults, o.speedup);
   const sigset_t ends = hold_signals();
   const emulate::Server server(o.server, emulate::tracker_conversations(tracker, faults));
-  serve("emulate-tracker",
-        fmt::format("emulated tracker on {}:{}", o.server.address, server.port()),
-        {{"address", o.server.address}, {"port", server.port()}, {"speedup", o.speedup}}, ends,
-        context);
+  serve_until_told(fmt::format("emulated tracker on {}:{}", o.server.address, server.port()),
+                   {{"schema", "trammel/emulate-tracker/1"},
+                    {"address", o.server.address},
+                    {"port", server.port()},
+                    {"speedup", o.speedup}},
+                   kNote, ends, context);
   return ExitCode::ok;
 }
 

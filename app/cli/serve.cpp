@@ -1,43 +1,21 @@
 #include "app/cli/serve.hpp"
 
-#include <signal.h>
-
-#include <cstdio>
-
+#include "app/cli/serving.hpp"
 #include "app/serve/server.hpp"
 
 namespace trammel::cli {
 
 namespace {
 
-/// SIGINT and SIGTERM, blocked before the server makes its threads: they are for us alone.
-sigset_t held_signals() {
-  sigset_t ends;
-  sigemptyset(&ends);
-  sigaddset(&ends, SIGINT);
-  sigaddset(&ends, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
-  return ends;
-}
-
 ExitCode run_serve(const serve::Options& options, Context& context) {
   serve::Options page = options;
   page.database = context.db();
-  const sigset_t ends = held_signals();
+  const sigset_t ends = hold_signals();
   const serve::Server server(page);
-  if (context.json) {  // on one line: who started us reads as far as its end
-    context.print(
-        Json{{"schema", "trammel/serve/1"}, {"campaign", page.campaign}, {"url", server.url()}}
-            .dump());
-  } else {
-    context.print(server.url());
-  }
-  if (std::fflush(stdout) != 0) {
-    throw Error(ExitCode::error, {.what = "could not write to stdout"});
-  }
-  context.say("read only, and for this machine alone; Ctrl-C ends it");
-  int signal = 0;
-  sigwait(&ends, &signal);
+  serve_until_told(
+      server.url(),
+      {{"schema", "trammel/serve/1"}, {"campaign", page.campaign}, {"url", server.url()}},
+      "read only, and for this machine alone; Ctrl-C ends it", ends, context);
   return ExitCode::ok;
 }
 

@@ -29,25 +29,12 @@ class ReadingMaker {
   }
 
  private:
-  [[nodiscard]] const PlannedPoint& planned(const PointsPose& s) const {
-    return plan_.points[static_cast<std::size_t>(s.pose) - 1];
-  }
-
-  [[noreturn]] void refuse(const std::string& what, const std::string& got,
-                           const std::string& expected, const std::string& hint = "") const {
-    throw InputError({.what = what,
-                      .where = {.file = file_.name},
-                      .got = got,
-                      .expected = expected,
-                      .hint = hint});
-  }
-
   void require_dates() const {
     const bool timed = std::any_of(file_.rows.begin(), file_.rows.end(),
                                    [](const PointRow& row) { return row.clock.has_value(); });
     if (!timed || file_.dates.order) return;
-    refuse("the dates can be read two ways", file_.dates.why,
-           "points.date in the layout, or --date", "month-first or day-first");
+    refuse_points(file_, "the dates can be read two ways", file_.dates.why,
+                  "points.date in the layout, or --date", "month-first or day-first");
   }
 
   void describe_campaign() {
@@ -78,7 +65,7 @@ class ReadingMaker {
     double square = 0;
     int last_pose = 0;
     for (const PointsPose& s : out_.poses.poses) {
-      if (s.pose != last_pose) move_to(planned(s));
+      if (s.pose != last_pose) move_to(planned(plan_, s));
       last_pose = s.pose;
       if (!s.seen.ok()) continue;
       add_reading(s);
@@ -86,7 +73,8 @@ class ReadingMaker {
       square += s.seen.quality.rms_mm * s.seen.quality.rms_mm;
       out_.out_of_plane_mm = std::max(out_.out_of_plane_mm, s.seen.quality.out_of_plane_mm);
     }
-    if (heights_mm.empty()) refuse("no pose is left", "0 readings", "poses of two nests or more");
+    if (heights_mm.empty())
+      refuse_points(file_, "no pose is left", "0 readings", "poses of two nests or more");
     const auto [low, high] = std::minmax_element(heights_mm.begin(), heights_mm.end());
     out_.height_spread_mm = *high - *low;
     out_.rms_mm = std::sqrt(square / static_cast<double>(heights_mm.size()));
@@ -110,8 +98,8 @@ class ReadingMaker {
   void add_reading(const PointsPose& s) {
     Reading r;
     r.seq = static_cast<int>(out_.file.campaign.readings.size()) + 1;
-    r.set = planned(s).set;
-    r.target = planned(s).target;
+    r.set = planned(plan_, s).set;
+    r.target = planned(plan_, s).target;
     r.conditions = {.cmd_mm = at_mm_, .from_mm = from_mm_, .epoch = s.epoch};
     r.measured = s.seen.pose;
     double sum_s = 0, sum_degc = 0;

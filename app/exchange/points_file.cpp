@@ -237,4 +237,10 @@ PointsFile read_points(const std::filesystem::path& path, const PointsOptions& o
   return parse_points(read_file(path, kMaxPointsBytes), path.string(), options);
 }
 
+void refuse_points(const PointsFile& file, const std::string& what, const std::string& got,
+                   const std::string& expected, const std::string& hint) {
+  throw InputError(
+      {.what = what, .where = {.file = file.name}, .got = got, .expected = expected, .hint = hint});
+}
+
 }  // namespace trammel

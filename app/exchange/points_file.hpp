@@ -66,4 +66,9 @@ inline constexpr std::size_t kMaxPointsBytes = 64u << 20;
 PointsFile read_points(const std::filesystem::path& path, const PointsOptions& options);
 PointsFile parse_points(std::string bytes, const std::string& name, const PointsOptions& options);
 
+/// Throws InputError about the file as a whole.
+[[noreturn]] void refuse_points(const PointsFile& file, const std::string& what,
+                                const std::string& got, const std::string& expected,
+                                const std::string& hint = "");
+
 }  // namespace trammel

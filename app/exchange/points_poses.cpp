@@ -44,19 +44,6 @@ class PoseFinder {
   }
 
  private:
-  [[nodiscard]] const PlannedPoint& planned(const PointsPose& s) const {
-    return plan_.points[static_cast<std::size_t>(s.pose) - 1];
-  }
-
-  [[noreturn]] void refuse(const std::string& what, const std::string& got,
-                           const std::string& expected, const std::string& hint = "") const {
-    throw InputError({.what = what,
-                      .where = {.file = file_.name},
-                      .got = got,
-                      .expected = expected,
-                      .hint = hint});
-  }
-
   void drop(const PointRow& row, const std::string& why) {
     if (dropped_.insert(&row).second) out_.dropped.push_back({{row.line}, why});
   }
@@ -170,15 +157,17 @@ class PoseFinder {
       seen.epoch = static_cast<int>(frames_.size());
       out_.drifts.push_back(seen);
     }
-    if (frames_.empty()) refuse("the base nests were not measured", "0 visits", "one at least");
+    if (frames_.empty())
+      refuse_points(file_, "the base nests were not measured", "0 visits", "one at least");
   }
 
   /// Base nests as drawn may be off by tenths; more is another nest, or another unit.
   void require_base() const {
     if (out_.base.max_mm <= std::max(kMostOfBaseMm, 20 * layout_.sigma_mm)) return;
-    refuse("the base nests do not stand as the layout says",
-           fmt::format("{} off by {:.3f} mm after the best fit", out_.base.worst, out_.base.max_mm),
-           fmt::format("{} mm or less", kMostOfBaseMm), "two of them swapped, or another unit?");
+    refuse_points(
+        file_, "the base nests do not stand as the layout says",
+        fmt::format("{} off by {:.3f} mm after the best fit", out_.base.worst, out_.base.max_mm),
+        fmt::format("{} mm or less", kMostOfBaseMm), "two of them swapped, or another unit?");
   }
 
   /// Nests that have moved against one another register nothing.
@@ -199,17 +188,17 @@ class PoseFinder {
     NestFrame frame = layout_.body;
     frame.T_B_T = frame_on_plane(motion_plane(all), layout_.frame.up);
     for (const PointsPose& s : out_.poses) {
-      const Eigen::Vector3d off = planned(s).target.vector() - home_.vector();
+      const Eigen::Vector3d off = planned(plan_, s).target.vector() - home_.vector();
       if (off.cwiseAbs().maxCoeff() > kSameMm) continue;
       const NestPose at_home = pose_of_nests(s.points, frame, layout_.sigma_mm);
       if (!at_home.ok()) continue;
       frames_ = {zeroed(frame.T_B_T, at_home, home_)};
       return;
     }
-    refuse("no pose at home was measured: there is nothing to zero to",
-           "none of the measured poses was planned there",
-           "a planned point at home whose nests fit the body",
-           "wrong side of the plane? see frame.up");
+    refuse_points(file_, "no pose at home was measured: there is nothing to zero to",
+                  "none of the measured poses was planned there",
+                  "a planned point at home whose nests fit the body",
+                  "wrong side of the plane? see frame.up");
   }
 
   void see_poses() {
@@ -218,7 +207,7 @@ class PoseFinder {
       frame.T_B_T = frames_[static_cast<std::size_t>(s.epoch) - 1];
       s.seen = pose_of_nests(s.points, frame, layout_.sigma_mm);
       double& phi = s.seen.pose.phi_rad;
-      const double target = planned(s).target.phi_rad;
+      const double target = planned(plan_, s).target.phi_rad;
       phi = target + std::remainder(phi - target, 2 * kPi);
     }
     see_sides();
@@ -260,8 +249,9 @@ class PoseFinder {
     }
     judged += mirrored + bent;
     if (2 * mirrored > judged) {
-      refuse("the nests stand as in a mirror", fmt::format("{} of {} poses", mirrored, judged),
-             "the platform of the layout", "two nests swapped, or frame.up on the wrong side?");
+      refuse_points(file_, "the nests stand as in a mirror",
+                    fmt::format("{} of {} poses", mirrored, judged), "the platform of the layout",
+                    "two nests swapped, or frame.up on the wrong side?");
     }
     if (2 * bent <= judged) return;
     std::string sides;
@@ -269,15 +259,15 @@ class PoseFinder {
       sides += fmt::format("{}{} {:+.4f} mm (scatter {:.4f})", sides.empty() ? "" : ", ", side.side,
                            side.off_mm, side.scatter_mm);
     }
-    refuse("the nests do not stand as the layout says",
-           fmt::format("{} of {} poses; sides, measured - layout: {}", bent, judged, sides),
-           fmt::format("sides within the noise of sigma_mm {} and u_nest_mm {}", layout_.sigma_mm,
-                       layout_.body.u_nest_mm),
-           "are the unit, the nests' places and sigma_mm right?");
+    refuse_points(file_, "the nests do not stand as the layout says",
+                  fmt::format("{} of {} poses; sides, measured - layout: {}", bent, judged, sides),
+                  fmt::format("sides within the noise of sigma_mm {} and u_nest_mm {}",
+                              layout_.sigma_mm, layout_.body.u_nest_mm),
+                  "are the unit, the nests' places and sigma_mm right?");
   }
 
   [[nodiscard]] double off_target_mm(const PointsPose& s) const {
-    return (s.seen.pose.vector() - planned(s).target.vector()).head<2>().norm();
+    return (s.seen.pose.vector() - planned(plan_, s).target.vector()).head<2>().norm();
   }
 
   void drop_far_poses() {
@@ -328,6 +318,10 @@ class PoseFinder {
 };
 
 }  // namespace
+
+const PlannedPoint& planned(const Plan& plan, const PointsPose& pose) {
+  return plan.points[static_cast<std::size_t>(pose.pose) - 1];
+}
 
 PointsPoses poses_of_points(const PointsFile& file, const Layout& layout, const Pose& home,
                             const Plan& plan) {

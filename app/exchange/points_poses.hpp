@@ -40,6 +40,9 @@ struct PointsPose {
   NestPose seen = {};                      // ok: makes a reading
 };
 
+/// The point that the platform stood at.
+const PlannedPoint& planned(const Plan& plan, const PointsPose& pose);
+
 struct PointsPoses {
   std::vector<PointsPose> poses;  // in the order of the file
   std::vector<DroppedRow> dropped;

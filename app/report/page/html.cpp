@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "app/report/page/page.hpp"
+#include "store/digest.hpp"
 
 extern "C" {
 extern const char trammel_page_template[], trammel_page_template_end[];
@@ -20,10 +21,9 @@ namespace {
 
 /// 'sha256-…' of an element's text, as a policy names it.
 std::string source_hash(std::string_view text) {
-  std::array<unsigned char, crypto_hash_sha256_BYTES> hash{};
-  crypto_hash_sha256(hash.data(), reinterpret_cast<const unsigned char*>(text.data()), text.size());
-  std::array<char,
-             sodium_base64_ENCODED_LEN(crypto_hash_sha256_BYTES, sodium_base64_VARIANT_ORIGINAL)>
+  const store::Sha256 hash = store::sha256_of(text);
+  std::array<char, sodium_base64_ENCODED_LEN(std::tuple_size_v<store::Sha256>,
+                                             sodium_base64_VARIANT_ORIGINAL)>
       base64{};
   sodium_bin2base64(base64.data(), base64.size(), hash.data(), hash.size(),
                     sodium_base64_VARIANT_ORIGINAL);
