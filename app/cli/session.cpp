@@ -198,7 +198,11 @@ void policy_options(CLI::App& c, RunOptions& o) {
   c.add_option("--reference-every", policy.reference_every,
                "points between two visits of the reference points (0: at a resume only)")
       ->capture_default_str();
-  c.add_option("--drift-mm", policy.drift_mm, "of a reference point: beyond, it is suspended, mm")
+  c.add_option("--base-every", policy.base_every,
+               "points between two measurements of the tracker's base nests (0: never)")
+      ->capture_default_str();
+  c.add_option("--drift-mm", policy.drift_mm,
+               "of a reference point or base nest: beyond, it is suspended, mm")
       ->capture_default_str();
   c.add_option("--patience-s", policy.patience_s, "how long bad conditions are waited out, s")
       ->capture_default_str();

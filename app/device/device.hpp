@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "core/measure/base_frame.hpp"
 #include "core/measure/reading.hpp"
 #include "core/plan/plan.hpp"
 
@@ -71,6 +72,13 @@ struct [[nodiscard]] PoseReport {
   [[nodiscard]] bool ok() const { return status == Status::ok; }
 };
 
+struct [[nodiscard]] BaseReport {
+  Status status = Status::fault;
+  std::string detail = {};
+  BaseDrift drift = {};  // ok only: since the tracker's frame was registered
+  [[nodiscard]] bool ok() const { return status == Status::ok; }
+};
+
 class Tracker {
  public:
   virtual ~Tracker() = default;
@@ -79,6 +87,10 @@ class Tracker {
   /// ok, beam_broken, timeout (stale), fault.
   [[nodiscard]] virtual Status beam() = 0;
   virtual PoseReport measure(const Occasion& occasion) = 0;
+  /// Whether there are nests on the base by which the frame was registered.
+  [[nodiscard]] virtual bool sees_base() const { return false; }
+  /// Measures them again.
+  virtual BaseReport measure_base(const Occasion&) { return {Status::fault, "no base nests"}; }
 };
 
 struct [[nodiscard]] TemperatureReport {

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <thread>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/measure/base_frame.hpp"
@@ -102,7 +103,7 @@ PoseReport T2saTracker::points_of(const std::vector<T2saTarget>& targets,
 }
 
 PoseReport T2saTracker::register_base() {
-  if (registered_ || settings_.base.empty()) return {Status::ok, ""};
+  if (!registered_.empty() || settings_.base.empty()) return {Status::ok, ""};
   std::vector<NestPoint> points;
   PoseReport report = points_of(settings_.base_points, points);
   if (!report.ok()) {
@@ -111,7 +112,7 @@ PoseReport T2saTracker::register_base() {
   }
   const BaseFrame frame = frame_of_base(points, settings_.base);
   settings_.nests.frame.T_B_T = frame.T_B_T;
-  registered_ = true;
+  registered_ = std::move(points);
   return report;
 }
 
@@ -134,6 +135,23 @@ PoseReport T2saTracker::measure_object() {
   const auto frame = parse_t2sa_offset(reply.body);
   if (!frame) return unreadable(reply, asked);
   return pose_report(*frame, settings_.nests, reply.raw);
+}
+
+/// Since the registration; the first time that is just now.
+BaseReport T2saTracker::measure_base(const Occasion&) {
+  try {
+    connect();
+    PoseReport report = register_base();
+    std::vector<NestPoint> points;
+    if (report.ok()) report = points_of(settings_.base_points, points);
+    if (!report.ok()) return {report.status, report.detail};
+    return {Status::ok, "",
+            base_drift(registered_, points, settings_.nests.frame.T_B_T, settings_.nests.sigma_mm)};
+  } catch (const LinkError& error) {
+    return {lost(error), error.what()};
+  } catch (const InputError& error) {
+    return {Status::fault, error.what()};
+  }
 }
 
 PoseReport T2saTracker::measure(const Occasion&) {

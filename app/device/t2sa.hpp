@@ -39,6 +39,8 @@ class T2saTracker : public Tracker {
   [[nodiscard]] std::string describe() const override;
   [[nodiscard]] Status beam() override;
   PoseReport measure(const Occasion& occasion) override;
+  [[nodiscard]] bool sees_base() const override { return !settings_.base.empty(); }
+  BaseReport measure_base(const Occasion& occasion) override;
 
  private:
   void connect();
@@ -53,7 +55,7 @@ class T2saTracker : public Tracker {
   T2saSettings settings_;
   std::unique_ptr<T2saWire> wire_;
   bool reached_ = false;
-  bool registered_ = false;
+  std::vector<NestPoint> registered_ = {};  // the base nests as they were measured then
 };
 
 }  // namespace trammel::device

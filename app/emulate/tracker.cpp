@@ -34,6 +34,18 @@ std::vector<std::string> names_of(std::string_view text) {
   return names;
 }
 
+/// Rx, Ry and Rz: degrees about fixed axes, R = Rz Ry Rx [K].
+std::string report_of(std::string_view group, const Eigen::Isometry3d& T, std::string_view date) {
+  const Eigen::Vector3d at = T.translation();
+  const Eigen::Matrix3d R = T.linear();
+  return fmt::format(
+      "ACK-300 Object Offset Report Frame{}_1;X:{:.6f};Y:{:.6f};Z:{:.6f};Rx:{:.6f};Ry:{:.6f};"
+      "Rz:{:.6f};{}",
+      group, at[0], at[1], at[2], deg_from_rad(std::atan2(R(2, 1), R(2, 2))),
+      deg_from_rad(std::asin(std::clamp(-R(2, 0), -1.0, 1.0))),
+      deg_from_rad(std::atan2(R(1, 0), R(0, 0))), date);
+}
+
 Answer said(std::string text) { return {.bytes = std::move(text) + "\r\n"}; }
 
 class TrackerConversation : public Conversation {
@@ -74,7 +86,9 @@ const std::vector<EmulatedTracker::Command>& EmulatedTracker::commands() {
       {"!LST:", &EmulatedTracker::switch_laser, false},
       {"!HALT", &EmulatedTracker::halt, true},
       {"!MEAS_SINGLE_POINT:", &EmulatedTracker::measure_point, false},
-      {"?OFFSET:", &EmulatedTracker::measure_offset, false},
+      {"!CMDEXE:", &EmulatedTracker::measure_group, false},
+      {"?POS ", &EmulatedTracker::position, false},
+      {"?OFFSET:", &EmulatedTracker::offset, false},
   };
   return all;
 }
@@ -229,37 +243,55 @@ Answer EmulatedTracker::measure_point(std::string_view names) {
   });
 }
 
-/// a;b: the frame of group b, which is on the platform, in that of group a, on the base. Rx, Ry and
-/// Rz are degrees [K].
-Answer EmulatedTracker::measure_offset(std::string_view names) {
-  const std::vector<std::string> words = names_of(names);
-  const auto has = [&](const std::string& group, bool on_platform) {
-    return std::any_of(setup_.nests.begin(), setup_.nests.end(), [&](const Nest& n) {
-      return n.group == group && n.on_platform == on_platform;
-    });
-  };
-  if (words.size() != 2) throw Failed{"ERR-200 CommandRejected needs two groups"};
-  if (!has(words[0], false) || !has(words[1], true)) {
-    throw Failed{
-        fmt::format("ERR-306 No group {} on the base, or {} on the platform", words[0], words[1])};
-  }
-  const bool unstable = faults_.strikes(FaultKind::unstable, names);
-  return measure(words[1], [this, group = words[1], unstable](const Measurement& taken) {
+/// The platform as a whole, where its group is on it. ?POS and ?OFFSET tell what was found.
+Answer EmulatedTracker::measure_group(std::string_view name) {
+  const std::string group(name);
+  const bool on_platform = is_group(group, true);
+  if (!on_platform && !is_group(group, false)) throw Failed{"ERR-306 No group " + group};
+  const bool unstable = faults_.strikes(FaultKind::unstable, name);
+  return measure(group, [this, group, on_platform, unstable](const Measurement& taken) {
     if (unstable) return fmt::format("ERR-340 Measurement of group {} failed: unstable", group);
-    const simulate::TrackerTruth& truth = robot_.truth().tracker;
-    const std::uint64_t seed = robot_.truth().seed;
-    const Pose p = Pose::from(seen_platform(taken).vector() +
-                              simulate::reading_noise(truth, seed, taken.number).vector());
-    Random random = Random::stream(seed, "tilt noise", taken.number);
-    const double z = truth.sigma_xy_mm * random.normal();
-    const double rx = truth.sigma_phi_rad * random.normal();
-    const double ry = truth.sigma_phi_rad * random.normal();
-    return fmt::format(
-        "ACK-300 Object Offset Report Frame{}_1;X:{:.6f};Y:{:.6f};Z:{:.6f};Rx:{:.6f};Ry:{:.6f};"
-        "Rz:{:.6f};{}",
-        group, p.x_mm, p.y_mm, z, deg_from_rad(rx), deg_from_rad(ry), deg_from_rad(p.phi_rad),
-        date(taken));
+    if (on_platform) {
+      const simulate::TrackerTruth& truth = robot_.truth().tracker;
+      const std::uint64_t seed = robot_.truth().seed;
+      const Pose p = Pose::from(seen_platform(taken).vector() +
+                                simulate::reading_noise(truth, seed, taken.number).vector());
+      Random random = Random::stream(seed, "tilt noise", taken.number);
+      const double z = truth.sigma_xy_mm * random.normal();
+      const double rx = truth.sigma_phi_rad * random.normal();
+      const double ry = truth.sigma_phi_rad * random.normal();
+      seen_[group] = {fixed_frame({p.x_mm, p.y_mm, z}, {rx, ry, p.phi_rad}), date(taken)};
+    }
+    return "ACK-106 Successfully ran CMD " + group;
   });
+}
+
+bool EmulatedTracker::is_group(std::string_view group, bool on_platform) const {
+  return std::any_of(setup_.nests.begin(), setup_.nests.end(), [&](const Nest& n) {
+    return n.group == group && n.on_platform == on_platform;
+  });
+}
+
+const EmulatedTracker::Seen& EmulatedTracker::seen(std::string_view group) const {
+  if (!is_group(group, true)) throw Failed{fmt::format("ERR-306 No group {} to tell of", group)};
+  const auto seen = seen_.find(group);
+  if (seen == seen_.end()) throw Failed{fmt::format("ERR-340 Group {} is not measured", group)};
+  return seen->second;
+}
+
+/// Of a group on the platform, in the frame that the tracker's points have.
+Answer EmulatedTracker::position(std::string_view group) {
+  const Seen& found = seen(group);
+  return said(report_of(group, setup_.from_base * found.T_B_P, found.date));
+}
+
+/// target;reference: of a group on the platform, against one on the base.
+Answer EmulatedTracker::offset(std::string_view names) {
+  const std::vector<std::string> words = names_of(names);
+  if (words.size() != 2) throw Failed{"ERR-200 CommandRejected needs target;reference"};
+  if (!is_group(words[1], false)) throw Failed{"ERR-306 No group " + words[1] + " on the base"};
+  const Seen& found = seen(words[0]);
+  return said(report_of(words[0], found.T_B_P, found.date));
 }
 
 Server::Make tracker_conversations(EmulatedTracker& tracker, Faults& faults) {

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -32,6 +33,9 @@ struct TrackerSetup {
   Eigen::Isometry3d from_base = Eigen::Isometry3d::Identity();
   double warm_up_s = 12;
 };
+
+/// A frame that stands at `at_mm`, turned first about x, then y, then z, all of the fixed axes.
+Eigen::Isometry3d fixed_frame(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& turned_rad);
 
 /// Two reflectors 15 mm apart on the platform as in the paper, three 150 mm apart, four on the
 /// base, and a tracker that stands some metres away, turned and not quite level.
@@ -67,7 +71,9 @@ class EmulatedTracker {
   Answer switch_laser(std::string_view word);
   Answer halt(std::string_view);
   Answer measure_point(std::string_view names);
-  Answer measure_offset(std::string_view names);
+  Answer measure_group(std::string_view name);
+  Answer position(std::string_view group);
+  Answer offset(std::string_view names);
   /// One measurement: where the rails stand, and its number, from 1.
   struct Measurement {
     Standing standing;
@@ -82,6 +88,13 @@ class EmulatedTracker {
   [[nodiscard]] Pose seen_platform(const Measurement& taken) const;
   [[nodiscard]] Eigen::Vector3d place(const Nest& nest, const Measurement& taken) const;
   [[nodiscard]] std::string date(const Measurement& taken) const;
+  [[nodiscard]] bool is_group(std::string_view group, bool on_platform) const;
+  /// The platform as it was measured last by a group's nests, in the base frame.
+  struct Seen {
+    Eigen::Isometry3d T_B_P = Eigen::Isometry3d::Identity();
+    std::string date = {};
+  };
+  [[nodiscard]] const Seen& seen(std::string_view group) const;
 
   simulate::VirtualRobot robot_;
   TrackerSetup setup_;
@@ -90,8 +103,9 @@ class EmulatedTracker {
   double speedup_;
   NowS now_;
   bool laser_on_ = true;
-  double laser_on_s_ = 0;          // since when
-  std::uint64_t n_measured_ = 0;   // measurements begun so far, those that failed too
+  double laser_on_s_ = 0;         // since when
+  std::uint64_t n_measured_ = 0;  // measurements begun so far, those that failed too
+  std::map<std::string, Seen, std::less<>> seen_;  // by group
   std::weak_ptr<bool> measuring_;  // the one that runs, for as long as somebody waits for it
 };
 

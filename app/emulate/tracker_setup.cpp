@@ -10,18 +10,6 @@ namespace trammel::emulate {
 
 namespace {
 
-/// First about x, then y, then z, all of the fixed axes.
-Eigen::Isometry3d frame(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& turned_deg) {
-  using Turn = Eigen::AngleAxisd;
-  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
-  isometry.linear() = (Turn(rad_from_deg(turned_deg[2]), Eigen::Vector3d::UnitZ()) *
-                       Turn(rad_from_deg(turned_deg[1]), Eigen::Vector3d::UnitY()) *
-                       Turn(rad_from_deg(turned_deg[0]), Eigen::Vector3d::UnitX()))
-                          .toRotationMatrix();
-  isometry.translation() = at_mm;
-  return isometry;
-}
-
 Eigen::Vector3d corner(double radius_mm, double angle_deg, double z_mm) {
   const double angle = rad_from_deg(angle_deg);
   return {radius_mm * std::cos(angle), radius_mm * std::sin(angle), z_mm};
@@ -32,6 +20,17 @@ Eigen::Vector3d read_place(Fields& fields) {
 }
 
 }  // namespace
+
+Eigen::Isometry3d fixed_frame(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& turned_rad) {
+  using Turn = Eigen::AngleAxisd;
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  isometry.linear() = (Turn(turned_rad[2], Eigen::Vector3d::UnitZ()) *
+                       Turn(turned_rad[1], Eigen::Vector3d::UnitY()) *
+                       Turn(turned_rad[0], Eigen::Vector3d::UnitX()))
+                          .toRotationMatrix();
+  isometry.translation() = at_mm;
+  return isometry;
+}
 
 TrackerSetup default_tracker() {
   const double side_mm = 150, z_mm = 30, base_mm = 500;
@@ -46,7 +45,8 @@ TrackerSetup default_tracker() {
     setup.nests.push_back(
         {"BASE", "B" + std::to_string(k + 1), false, corner(base_mm, 45 + 90 * k, 0)});
   }
-  setup.from_base = frame({2296.4, -2416.2, -442.6}, {0.8, -0.5, 37});
+  setup.from_base =
+      fixed_frame({2296.4, -2416.2, -442.6}, rad_from_deg(1) * Eigen::Vector3d(0.8, -0.5, 37));
   return setup;
 }
 
@@ -59,8 +59,9 @@ TrackerSetup read_tracker_setup(const std::filesystem::path& path) {
   if (setup.warm_up_s < 0) top.refuse("warm_up_s", "time that runs backwards", "0 or more");
   if (auto stand = top.optional_object("from_base")) {
     const Eigen::Vector3d at_mm = read_place(*stand);
-    setup.from_base = frame(at_mm, {stand->number("rx_deg", 0), stand->number("ry_deg", 0),
-                                    stand->number("rz_deg", 0)});
+    const Eigen::Vector3d turned_deg = {stand->number("rx_deg", 0), stand->number("ry_deg", 0),
+                                        stand->number("rz_deg", 0)};
+    setup.from_base = fixed_frame(at_mm, rad_from_deg(1) * turned_deg);
     stand->done();
   }
   for (Fields& nest : top.objects("nests")) {

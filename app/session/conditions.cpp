@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
+#include "app/session/base_check.hpp"
 #include "app/session/runner.hpp"
 
 namespace trammel::session {
@@ -44,6 +46,10 @@ Runner::Found Runner::look_at_conditions(const PlannedPoint& point, bool suspend
     const std::string bad = out_of_band(temp_degc, policy, suspended);
     if (!bad.empty()) return {{}, bad};
   }
+  if (policy.base_every > 0 && (suspended || since_base_ >= policy.base_every)) {
+    const Found found = look_at_base(point, suspended);
+    if (found.failure.any() || !found.bad.empty()) return found;
+  }
   const bool due = policy.reference_every > 0 && !measured_.empty() &&
                    (suspended || since_visit_ >= policy.reference_every);
   if (!due) return {};
@@ -52,6 +58,40 @@ Runner::Found Runner::look_at_conditions(const PlannedPoint& point, bool suspend
   const Visit visit =
       visit_references(store::SetUp::as_before, {half * whole.xy_mm, half * whole.phi_rad}, point);
   return {visit.failure, visit.off};
+}
+
+/// Tried as a point is. What is found is on record, and what chance does not explain is said, in
+/// the gate or beyond it.
+Runner::Found Runner::look_at_base(const PlannedPoint& point, bool suspended) {
+  std::map<device::Status, int> failures;
+  BaseDrift drift;
+  for (;;) {
+    const Failure failure = hands_.base(occasion_of(point), drift);
+    if (!failure.any()) break;
+    const bool again = failure.cause == Failure::Cause::device &&
+                       ++failures[failure.status] < tries_for(failure.status);
+    if (!again) return {failure, ""};
+    progress_->say(fmt::format("base nests: {}; tried again", failure.words()));
+    const Failure waited = wait_for_another_try(failure);
+    if (waited.any()) return {waited, ""};
+  }
+  since_base_ = 0;
+  const double gate_mm = course_.settings.policy.drift_mm;
+  const BaseCheck check =
+      judged(drift, suspended ? gate_mm / 2 : gate_mm, static_cast<int>(stood_.size()));
+  note(kBaseEvent, base_check_json(check).dump());
+  if (check.off) return {{}, words_of(check)};
+  if (check.moved) progress_->say(words_of(check) + ": within the gate");
+  return {};
+}
+
+/// After the last point, so that a drift under it is on record too. There is nothing left to wait
+/// with, and a tracker that fails now spoils no reading.
+void Runner::look_at_base_once_more() {
+  if (course_.settings.policy.base_every == 0 || since_base_ == 0 || asked_to_stop()) return;
+  const Found found = look_at_base(course_.plan.points.back(), false);
+  const std::string said = found.failure.any() ? found.failure.words() : found.bad;
+  if (!said.empty()) progress_->say("base nests after the last point: " + said);
 }
 
 /// False: the session is stopped, faulted, or paused by the operator meanwhile.

@@ -180,4 +180,17 @@ Failure Hands::measure(const device::Occasion& occasion, device::PoseReport& see
   return {};
 }
 
+Failure Hands::base(const device::Occasion& occasion, BaseDrift& drift) {
+  device::BaseReport report;
+  const Failure failure = call<device::BaseReport>(
+      "base nests", deadlines_.measure_s, report,
+      [occasion](Devices& d) { return d.tracker->measure_base(occasion); });
+  if (failure.any()) return failure;
+  if (!plausible(report.drift.shift) || !std::isfinite(report.drift.largest_mm)) {
+    return of(Status::fault, "base nests: their places are no numbers");
+  }
+  drift = report.drift;
+  return {};
+}
+
 }  // namespace trammel::session

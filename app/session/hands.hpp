@@ -68,6 +68,8 @@ class Hands {
   Failure beam();
   Failure temperature(const device::Occasion& occasion, double& temp_degc);
   Failure measure(const device::Occasion& occasion, device::PoseReport& seen);
+  /// How far the base nests have moved since the tracker's frame was registered.
+  Failure base(const device::Occasion& occasion, BaseDrift& drift);
 
  private:
   template <class Report>

@@ -231,6 +231,7 @@ bool Runner::measure_point(const PlannedPoint& point) {
       store::StoredReading{.session_id = task.session, .attempt_id = std::nullopt, .data = stored});
   ++n_stored_;
   ++since_visit_;
+  ++since_base_;
   if (surroundings_.stored) surroundings_.stored(n_stored_);
   progress_->stored(deviation_mm(stored.reading));
   return true;

@@ -62,6 +62,7 @@ void validate(const Policy& policy) {
     refuse(n.key, n.from ? "0 or more" : "more than 0");
   }
   if (policy.reference_every < 0) refuse("reference_every", "0 or more points");
+  if (policy.base_every < 0) refuse("base_every", "0 or more points");
   for (const auto& limit : {policy.low_degc, policy.high_degc}) {
     if (limit && !std::isfinite(*limit)) refuse("temperature", "finite limits");
   }
@@ -75,6 +76,7 @@ nlohmann::json policy_json(const Policy& policy) {
   nlohmann::json json;
   for (const Number& n : kNumbers) json[n.key] = policy.*n.value;
   json["reference_every"] = policy.reference_every;
+  json["base_every"] = policy.base_every;
   if (policy.low_degc) json["low_degc"] = *policy.low_degc;
   if (policy.high_degc) json["high_degc"] = *policy.high_degc;
   return json;
@@ -84,6 +86,7 @@ Policy read_policy(const nlohmann::json& json) {
   Policy policy;
   for (const Number& n : kNumbers) policy.*n.value = json.value(n.key, policy.*n.value);
   policy.reference_every = json.value("reference_every", 0);
+  policy.base_every = json.value("base_every", 0);
   if (json.contains("low_degc")) policy.low_degc = json.at("low_degc").get<double>();
   if (json.contains("high_degc")) policy.high_degc = json.at("high_degc").get<double>();
   return policy;

@@ -26,8 +26,9 @@ struct Policy {
   std::optional<double> low_degc = {};
   std::optional<double> high_degc = {};
   double hysteresis_k = 0.5;
+  int base_every = 0;       // points between two measurements of the tracker's base nests; 0: none
   int reference_every = 0;  // points between two visits of the reference points; 0: at a resume
-  double drift_mm = 0.05;   // of a reference point; good again within half of it
+  double drift_mm = 0.05;   // of a reference point or a base nest; good again within half of it
   double patience_s = 3600;
   double poll_s = 30;
 };

@@ -165,6 +165,7 @@ void Runner::measure_open(bool resuming) {
     }
     if (!conditions_hold(point) || !measure_point(point)) return;
   }
+  look_at_base_once_more();
 }
 
 /// True: go on, by way of a set-up.

@@ -103,6 +103,8 @@ class Runner {
     std::string bad;  // in words; empty: good
   };
   Found look_at_conditions(const PlannedPoint& point, bool suspended);
+  Found look_at_base(const PlannedPoint& point, bool suspended);
+  void look_at_base_once_more();
   void pass(double seconds);
 
   store::Connection& connection_;
@@ -123,6 +125,7 @@ class Runner {
   int n_stored_ = 0;
   int n_visits_ = 0;     // of reference points in this epoch
   int since_visit_ = 0;  // points
+  int since_base_ = 0;   // the same, since the base nests were measured
   std::string detail_;
   ExitCode fault_ = ExitCode::device;
 };

@@ -179,6 +179,13 @@ std::shared_ptr<device::Devices> devices_of(const Course& course,
 /// Nominal violations name every bad target; only a clean plan has commands to look at.
 Outcome check_whole(const Request& request, device::Devices& devices, const Correction& correction,
                     std::vector<Displacements>& commands) {
+  if (request.policy.base_every > 0 && !devices.tracker->sees_base()) {
+    throw UsageError({.what = "this tracker has no base nests to measure again",
+                      .where = {.field = "--base-every"},
+                      .got = devices.tracker->describe(),
+                      .expected = "t2sa:FILE, a tracker/1 file with \"base_nests\"",
+                      .hint = "--reference-every N visits points of the platform instead"});
+  }
   const CheckOptions options = check_for(request.check, devices.motion);
   Outcome outcome;
   outcome.n_points = static_cast<int>(request.plan.points.size());

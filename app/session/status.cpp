@@ -83,6 +83,9 @@ void take_events(const std::vector<store::Event>& events, const store::SessionRo
   for (const store::Event& event : events) {
     status.last_utc = std::max(status.last_utc, event.at_utc);
     if (event.kind == row.last_event) status.detail = event.detail;
+    if (event.kind == kBaseEvent) {
+      status.base.push_back({event.at_utc, read_base_check(event.detail)});
+    }
   }
 }
 
@@ -222,7 +225,12 @@ std::optional<std::string> current_session(store::Connection& connection,
 
 nlohmann::ordered_json status_json(const SessionStatus& s) {
   using Json = nlohmann::ordered_json;
-  Json last = Json::array(), drift = Json::array();
+  Json last = Json::array(), drift = Json::array(), base = Json::array();
+  for (const SessionStatus::Base& b : s.base) {
+    Json found = {{"at_utc", b.at_utc}};
+    found.update(base_check_json(b.check));
+    base.push_back(found);
+  }
   for (const SessionStatus::Deviation& d : s.last) {
     last.push_back({{"point", d.point},
                     {"x_mm", d.x_mm},
@@ -258,7 +266,8 @@ nlohmann::ordered_json status_json(const SessionStatus& s) {
                {"retries", s.retries},
                {"n_interrupted", s.n_interrupted},
                {"last", last},
-               {"drift", drift}};
+               {"drift", drift},
+               {"base", base}};
   if (s.process) json["process"] = *s.process;
   if (s.seconds_per_point) json["seconds_per_point"] = *s.seconds_per_point;
   if (s.left_s) json["left_s"] = *s.left_s;

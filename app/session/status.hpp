@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/session/base_check.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {
@@ -53,6 +54,12 @@ struct SessionStatus {
     double position_mm = 0;
   };
   std::vector<Drift> drift = {};  // in the order they were measured
+
+  struct Base {  // the tracker's base nests, against where they were registered
+    std::string at_utc;
+    BaseCheck check;
+  };
+  std::vector<Base> base = {};
 
   static constexpr std::size_t kLast = 20;
 };

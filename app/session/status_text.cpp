@@ -43,6 +43,20 @@ std::string retries(const SessionStatus& s) {
   return "failed tries: " + (text.empty() ? "none" : text) + "\n";
 }
 
+std::string base_nests(const SessionStatus& s) {
+  if (s.base.empty()) return "";
+  std::string text = "base nests           moved mm     chance       gate  nest\n";
+  for (std::size_t k = s.base.size() - std::min(s.base.size(), kShown); k < s.base.size(); ++k) {
+    const BaseCheck& b = s.base[k].check;
+    text += fmt::format("  after {:<10} {:>10.4f} {:>10.4f} {:>10.4f}  {}{}\n", b.after, b.moved_mm,
+                        b.chance_mm, b.gate_mm, cli::printable(b.nest),
+                        b.off     ? ", beyond the gate"
+                        : b.moved ? ", more than chance"
+                                  : "");
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string status_text(const SessionStatus& s, int width) {
@@ -73,7 +87,7 @@ std::string status_text(const SessionStatus& s, int width) {
     text += fmt::format("  {:<5} epoch {:<3} {:>9.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point,
                         d.epoch, d.x_mm, d.y_mm, d.phi_deg, d.position_mm);
   }
-  return text;
+  return text + base_nests(s);
 }
 
 }  // namespace trammel::session

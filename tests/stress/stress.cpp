@@ -12,6 +12,7 @@
 #include "tests/stress/kills.hpp"
 #include "tests/stress/mutate.hpp"
 #include "tests/stress/power_loss.hpp"
+#include "tests/stress/soak.hpp"
 
 namespace trammel::test {
 
@@ -126,6 +127,22 @@ void verify_row(const TempFolder& folder) {
       plain.found < plain.bytes);
 }
 
+void soak_row(int points) {
+  const SoakCount c = soak_over_sockets({.n_points = points});
+  row("soak over sockets: emulators, drivers, runner, random faults, stops and deaths",
+      ">= 2,000 points: 0 acknowledged lost, 0 repeated or invalid, parameters as without faults",
+      fmt::format(
+          "{} points, {} faults, {} failed tries, {} lives, {} deaths: {} lost, {} repeated "
+          "or invalid; {} parameters differ by {:.1f} sigma at most",
+          c.points, c.faults, c.failed_tries, c.lives, c.deaths, c.lost, c.wrong, c.parameters,
+          c.worst_sigma),
+      c.points >= 2000 && c.faults > points / 20 && c.lost + c.wrong == 0 && c.parameters > 0 &&
+          c.worst_sigma < 4.5,
+      c.first_problem);
+  row("control: a program that acknowledges a point when it begins it", "must lose",
+      fmt::format("{} of {} lives end with a loss", c.early, c.lives), c.early > 0);
+}
+
 void hostile_rows(const TempFolder& folder, double seconds, std::int64_t most) {
   std::int64_t tried = 0;
   for (const Importer& importer : importers(folder.path())) {
@@ -152,12 +169,13 @@ int main(int argc, char** argv) {
   CLI::App app("Measures how safe the data is", "trammel_stress");
   std::vector<std::string> parts;
   double seconds = 60;
-  int kills = 500;
+  int kills = 500, points = 2000;
   std::int64_t most = 1'000'000'000;
-  app.add_option("PART", parts, "power, faults, kills, verify, hostile (all of them)");
+  app.add_option("PART", parts, "power, faults, kills, verify, soak, hostile (all of them)");
   app.add_option("--seconds", seconds, "of mutations for each importer");
   app.add_option("--most", most, "mutations for each importer");
   app.add_option("--kills", kills, "to hit");
+  app.add_option("--points", points, "of the soak");
   CLI11_PARSE(app, argc, argv);
   const auto wanted = [&parts](const char* part) {
     return parts.empty() || std::find(parts.begin(), parts.end(), part) != parts.end();
@@ -168,6 +186,7 @@ int main(int argc, char** argv) {
   if (wanted("faults")) fault_rows(folder);
   if (wanted("kills")) kill_row(folder, kills);
   if (wanted("verify")) verify_row(folder);
+  if (wanted("soak")) soak_row(points);
   if (wanted("hostile")) hostile_rows(folder, seconds, most);
   return n_missed == 0 ? 0 : 1;
 }

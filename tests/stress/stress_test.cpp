@@ -17,6 +17,7 @@
 #include "tests/stress/mutate.hpp"
 #include "tests/stress/power_loss.hpp"
 #include "tests/stress/recorder.hpp"
+#include "tests/stress/soak.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
@@ -131,6 +132,23 @@ TEST_CASE("killed again and again, the program loses and repeats no point it tol
 TEST_CASE("the sweep of kills sees a log that does not outlive one", "[stress]") {
   const TempFolder folder;
   CHECK(sweep_kills(folder.path(), {.kills = 30, .seed = 7, .loses_log = true}).lost > 0);
+}
+
+TEST_CASE(
+    "a short soak over sockets loses, repeats and invents nothing, and finds the parameters of a "
+    "calm run",
+    "[stress][sockets]") {
+  const SoakCount count = soak_over_sockets({.n_points = 80, .share = 0.25, .seed = 7});
+  INFO(count.first_problem);
+  CHECK(count.points == 80);
+  CHECK(count.faults > 8);
+  CHECK(count.failed_tries > 5);
+  CHECK(count.lives > 2);
+  CHECK(count.lost == 0);
+  CHECK(count.early > 0);  // the control: who acknowledges too early is seen to lose
+  CHECK(count.wrong == 0);
+  CHECK(count.parameters > 5);
+  CHECK(count.worst_sigma < 4.5);  // one false alarm in some 10,000 runs
 }
 
 TEST_CASE("mutated files and databases are refused or taken, and nothing else", "[stress]") {

@@ -101,6 +101,32 @@ TEST_CASE("a homed stage goes where it is sent and the tracker sees it there",
   CHECK(std::abs(seen.pose.phi_rad - truly.pose.phi_rad) < 6 * rad_from_deg(0.06));
 }
 
+TEST_CASE("the platform measured as an object stands where its nests stand, asked for either way",
+          "[device][emulated]") {
+  Bench bench;
+  bench.home();
+  REQUIRE(bench.move(kThere).ok());
+  const PoseReport nests = bench.tracker->measure({});
+  REQUIRE(nests.ok());
+  for (const bool by_offset : {false, true}) {
+    CAPTURE(by_offset);
+    T2saSettings settings = bench.tracker_settings(20);
+    settings.base.clear();
+    settings.object_group = "PLATFORM";
+    if (by_offset) {
+      settings.object_reference = "BASE";
+    } else {
+      settings.nests.frame.T_B_T = emulate::default_tracker().from_base.inverse();
+    }
+    const PoseReport object = T2saTracker(settings).measure({});
+    INFO(object.detail);
+    REQUIRE(object.ok());
+    CHECK(std::abs(object.pose.x_mm - nests.pose.x_mm) < 6 * 0.02);
+    CHECK(std::abs(object.pose.y_mm - nests.pose.y_mm) < 6 * 0.02);
+    CHECK(std::abs(object.pose.phi_rad - nests.pose.phi_rad) < 6 * rad_from_deg(0.06));
+  }
+}
+
 TEST_CASE("whichever line is lost, halved or dropped, a second try gets there",
           "[device][emulated]") {
   constexpr std::array<FaultKind, 3> kKinds = {FaultKind::dropped, FaultKind::half_reply,

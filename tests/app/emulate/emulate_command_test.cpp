@@ -28,7 +28,8 @@ std::string moved_and_seen(int stage_port, int tracker_port) {
   Client stage(stage_port), tracker(tracker_port);
   CHECK(stage.galil("SHABC;PAA=8192;PAB=-8192;BGAB", 4) == "::::");
   stage.until_at_rest();
-  return tracker.tracker("?OFFSET:BASE;PLATFORM");
+  tracker.tracker("!CMDEXE:PLATFORM");
+  return tracker.tracker("?OFFSET:PLATFORM;BASE");
 }
 
 }  // namespace

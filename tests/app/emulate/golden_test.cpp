@@ -83,7 +83,9 @@ TEST_CASE("a tracker answers in its grammar", "[emulate]") {
                         "ACK-300 Single Point Measurement B1 result "
                         "-?[0-9]+\\.[0-9]{6},-?[0-9]+\\.[0-9]{6},-?[0-9]+\\.[0-9]{6} "
                         "[0-9]{2}/[0-9]{2}/[0-9]{4} [0-9]{2}:[0-9]{2}:[0-9]{2} True\r\n"));
-  const std::string offset = client.tracker("?OFFSET:BASE;PLATFORM");
+  CHECK(client.tracker("!CMDEXE:PLATFORM") == "ACK-106 Successfully ran CMD PLATFORM\r\n");
+  CHECK(client.tracker("?POS PLATFORM").starts_with("ACK-300 Object Offset Report FramePLATFORM_"));
+  const std::string offset = client.tracker("?OFFSET:PLATFORM;BASE");
   CHECK_THAT(offset, Catch::Matchers::Matches(
                          "ACK-300 Object Offset Report FramePLATFORM_1;X:-?[0-9.]+;Y:-?[0-9.]+;"
                          "Z:-?[0-9.]+;Rx:-?[0-9.]+;Ry:-?[0-9.]+;Rz:-?[0-9.]+;"
@@ -96,7 +98,10 @@ TEST_CASE("a tracker answers in its grammar", "[emulate]") {
                                          {"!MEAS_SINGLE_POINT:A;BASE", "ERR-200 "},
                                          {"!LST:2", "ERR-200 "},
                                          {"!MEAS_SINGLE_POINT:A;BASE;B9", "ERR-306 "},
-                                         {"?OFFSET:PLATFORM;BASE", "ERR-306 "}}) {
+                                         {"!CMDEXE:NOBODY", "ERR-306 "},
+                                         {"?POS BASE", "ERR-306 "},
+                                         {"?OFFSET:PAIR;BASE", "ERR-340 "},
+                                         {"?OFFSET:BASE;PLATFORM", "ERR-306 "}}) {
     CAPTURE(row.line);
     CHECK(client.tracker(row.line).starts_with(row.code));
   }

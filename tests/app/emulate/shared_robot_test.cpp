@@ -43,7 +43,8 @@ std::vector<std::string> campaign(int stage_port, int tracker_port) {
   std::vector<std::string> replies;
   for (const Pose& target : kTargets) {
     go_to(stage, target);
-    for (const char* ask : {"?OFFSET:BASE;PLATFORM", "!MEAS_SINGLE_POINT:A;PAIR;P1"}) {
+    for (const char* ask :
+         {"!CMDEXE:PLATFORM", "?OFFSET:PLATFORM;BASE", "!MEAS_SINGLE_POINT:A;PAIR;P1"}) {
       replies.push_back(tracker.tracker(ask));
     }
   }
@@ -63,7 +64,8 @@ TEST_CASE("the tracker sees the platform where the stage has moved it, effects a
   Displacements from = displacements({});
   for (const Pose& target : kTargets) {
     go_to(stage, target);
-    const std::string reply = tracker.tracker("?OFFSET:BASE;PLATFORM");
+    tracker.tracker("!CMDEXE:PLATFORM");
+    const std::string reply = tracker.tracker("?OFFSET:PLATFORM;BASE");
     double x = 0, y = 0, rz = 0;
     REQUIRE(std::sscanf(reply.c_str(),
                         "ACK-300 Object Offset Report FramePLATFORM_1;X:%lf;Y:%lf;Z:%*f;"

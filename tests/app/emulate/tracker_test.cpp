@@ -110,7 +110,10 @@ TEST_CASE("registered by its base nests, the tracker's points give back the pose
 
 TEST_CASE("an offset is the pose that the virtual robot's own tracker reads", "[emulate]") {
   Instrument instrument;
-  const std::string reply = instrument.ask("?OFFSET:BASE;PLATFORM");
+  CHECK(instrument.ask("?OFFSET:PLATFORM;BASE").starts_with("ERR-340 "));  // not measured yet
+  CHECK(instrument.ask("!CMDEXE:PLATFORM") == "ACK-106 Successfully ran CMD PLATFORM\r\n");
+  const std::string reply = instrument.ask("?OFFSET:PLATFORM;BASE");
+  CHECK(reply == instrument.ask("?OFFSET:PLATFORM;BASE"));  // it tells, and does not measure
   const Conditions conditions{.cmd_mm = instrument.standing.l_mm,
                               .from_mm = instrument.standing.from_mm,
                               .epoch = 1,

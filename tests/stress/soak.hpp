@@ -1,0 +1,36 @@
+#pragma once
+// Thousands of points over sockets, on devices that fail at random, by a runner that is stopped and
+// dies.
+
+#include <cstdint>
+#include <string>
+
+namespace trammel::test {
+
+struct SoakOptions {
+  int n_points = 2000;  // 80 or more
+  double share = 0.15;  // of points at which a device fails
+  std::uint64_t seed = 20240973;
+};
+
+struct SoakCount {
+  int points = 0;          // stored in the end
+  int faults = 0;          // that struck
+  int failed_tries = 0;    // stored as such
+  int lives = 0;           // of the runner: the first, and each resume
+  int deaths = 0;          // of these, cut off between two statements
+  int lost = 0;            // lives after which fewer points were there than had been acknowledged
+  int wrong = 0;           // readings that are repeated, or not what the robot really did
+  int early = 0;           // the control: lives that a program which acknowledges a point when it
+                           // begins it would have ended with a loss
+  double worst_sigma = 0;  // largest difference of an identified parameter from the fault-free
+                           // run's, in standard uncertainties of the difference
+  int parameters = 0;      // that were compared
+  std::string first_problem = {};
+};
+
+/// The emulators' servers, the Galil and T2SA drivers, the real runner and a database on disk; the
+/// same plan without faults beside it. Every kind of fault strikes, at random occasions.
+SoakCount soak_over_sockets(const SoakOptions& options = {});
+
+}  // namespace trammel::test
