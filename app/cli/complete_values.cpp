@@ -99,7 +99,8 @@ Candidates devices() {
 }
 
 Candidates trackers() {
-  return {.words = {{"sim", "sees a simulated stage"}, {"t2sa:", "FILE"}}, .paths = Paths::files};
+  return {.words = {{"sim", "sees a simulated stage"}, {"t2sa:", "FILE"}, {"file:", "FILE"}},
+          .paths = Paths::files};
 }
 
 Candidates stages() {

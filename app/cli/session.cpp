@@ -215,10 +215,12 @@ void setup_run(CLI::App& session, Context& context) {
   c.add_option("--plan", o->plan, "plan file, or the name of a grid")
       ->required()
       ->type_name("PLAN");
-  c.add_option("--stage", o->request.stage, "sim:FILE or galil:FILE")
+  c.add_option("--stage", o->request.stage, "sim:FILE (robot/1) or galil:FILE (stage/1)")
       ->required()
       ->type_name("STAGE");
-  c.add_option("--tracker", o->request.tracker, "sim, t2sa:FILE or file:FILE")
+  c.add_option("--tracker", o->request.tracker,
+               "sim (of a simulated stage), t2sa:FILE or file:FILE (tracker/1: behind T2SA, or "
+               "known by the file its program writes)")
       ->capture_default_str();
   c.add_option("--session", o->request.session, "its name (the plan's)")->type_name("SESSION");
   c.add_option("--compensate", o->compensate,

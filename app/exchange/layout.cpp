@@ -50,7 +50,10 @@ std::vector<NestPoint> read_nests(Fields& owner, std::string_view field, std::si
   if (nests.size() < least) {
     owner.refuse(field, "too few nests: got " + std::to_string(nests.size()),
                  std::to_string(least) + " or more",
-                 least == 2 ? "one nest shows no phi, and a reading needs it" : "");
+                 least == 2
+                     ? "one nest shows no phi (orientation), and a reading needs it: measure a "
+                       "second one, or look at bare points by `trammel campaign points`"
+                     : "");
   }
   return nests;
 }

@@ -33,7 +33,7 @@ tests::SocketOptions steady() {
   tests::SocketOptions options;
   options.truth.temperature.rise_k = 0;
   options.base_nests = false;  // found anew in each life, its noise would be one for many readings
-  options.step_s = 0.01;
+  options.step_s = 0.05;
   return options;
 }
 
@@ -136,6 +136,36 @@ void compare(const LsqResult& found, const LsqResult& expected, SoakCount& count
 }
 
 }  // namespace
+
+WireCount sweep_wires(FaultKind kind, std::uint64_t stride) {
+  Plan plan = tests::small_plan();
+  plan.points.resize(4);
+  WireCount count;
+  for (const Emulated where : {Emulated::stage, Emulated::tracker}) {
+    for (std::uint64_t line = 1;; line += stride) {
+      SocketCampaign campaign(plan);
+      campaign.faults(where).add({kind, line, ""});
+      session::Outcome outcome = campaign.run();
+      if (campaign.struck() == 0) break;  // the campaign has no more lines
+      ++count.runs;
+      if (outcome.state ==
+          session::State::faulted) {  // before it was homed, nothing is tried again
+        ++count.resumed;
+        outcome = campaign.run();
+      }
+      auto problems = campaign.problems();
+      if (outcome.state != session::State::done) problems.push_back(outcome.detail);
+      if (problems.empty()) continue;
+      ++count.wrong;
+      if (count.first_problem.empty()) {
+        count.first_problem =
+            fmt::format("{} at line {} to the {}: {}", emulate::name_of(kind), line,
+                        where == Emulated::stage ? "stage" : "tracker", problems.front());
+      }
+    }
+  }
+  return count;
+}
 
 SoakCount soak_over_sockets(const SoakOptions& options) {
   const Plan plan = soak_plan(options.n_points);

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "app/emulate/faults.hpp"
+
 namespace trammel::test {
 
 struct SoakOptions {
@@ -32,5 +34,16 @@ struct SoakCount {
 /// The emulators' servers, the Galil and T2SA drivers, the real runner and a database on disk; the
 /// same plan without faults beside it. Every kind of fault strikes, at random occasions.
 SoakCount soak_over_sockets(const SoakOptions& options = {});
+
+struct WireCount {
+  int runs = 0;     // campaigns, one fault each
+  int resumed = 0;  // that faulted, and were gone on with
+  int wrong = 0;    // that did not come to their end, or hold a reading that is repeated or invalid
+  std::string first_problem = {};
+};
+
+/// A campaign of four points again and again, with one answer lost, halved or dropped: that to the
+/// n-th line to the stage, then to the tracker, n = 1, 1 + stride, … to the last.
+WireCount sweep_wires(emulate::FaultKind kind, std::uint64_t stride = 1);
 
 }  // namespace trammel::test

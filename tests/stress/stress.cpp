@@ -127,6 +127,17 @@ void verify_row(const TempFolder& folder) {
       plain.found < plain.bytes);
 }
 
+void wire_rows() {
+  for (const auto kind : {emulate::FaultKind::lost_reply, emulate::FaultKind::half_reply,
+                          emulate::FaultKind::dropped}) {
+    const WireCount c = sweep_wires(kind);
+    row(fmt::format("{} at each line of a campaign over sockets", emulate::name_of(kind)),
+        "each point stored once and as it was",
+        fmt::format("{} campaigns of 4 points, {} resumed: {} wrong", c.runs, c.resumed, c.wrong),
+        c.runs > 100 && c.wrong == 0, c.first_problem);
+  }
+}
+
 void soak_row(int points) {
   const SoakCount c = soak_over_sockets({.n_points = points});
   row("soak over sockets: emulators, drivers, runner, random faults, stops and deaths",
@@ -171,7 +182,7 @@ int main(int argc, char** argv) {
   double seconds = 60;
   int kills = 500, points = 2000;
   std::int64_t most = 1'000'000'000;
-  app.add_option("PART", parts, "power, faults, kills, verify, soak, hostile (all of them)");
+  app.add_option("PART", parts, "power, faults, kills, verify, wires, soak, hostile (all of them)");
   app.add_option("--seconds", seconds, "of mutations for each importer");
   app.add_option("--most", most, "mutations for each importer");
   app.add_option("--kills", kills, "to hit");
@@ -186,6 +197,7 @@ int main(int argc, char** argv) {
   if (wanted("faults")) fault_rows(folder);
   if (wanted("kills")) kill_row(folder, kills);
   if (wanted("verify")) verify_row(folder);
+  if (wanted("wires")) wire_rows();
   if (wanted("soak")) soak_row(points);
   if (wanted("hostile")) hostile_rows(folder, seconds, most);
   return n_missed == 0 ? 0 : 1;

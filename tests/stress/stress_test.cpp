@@ -134,6 +134,14 @@ TEST_CASE("the sweep of kills sees a log that does not outlive one", "[stress]")
   CHECK(sweep_kills(folder.path(), {.kills = 30, .seed = 7, .loses_log = true}).lost > 0);
 }
 
+TEST_CASE("whichever line over a socket is dropped, the campaign becomes whole",
+          "[stress][sockets]") {
+  const WireCount count = sweep_wires(emulate::FaultKind::dropped, 23);
+  INFO(count.first_problem);
+  CHECK(count.runs > 5);
+  CHECK(count.wrong == 0);
+}
+
 TEST_CASE(
     "a short soak over sockets loses, repeats and invents nothing, and finds the parameters of a "
     "calm run",

@@ -13,7 +13,7 @@ using namespace tests;
 
 namespace {
 
-/// Ten points, the base looked at after each two, under a tracker that drifts along x.
+/// Sixteen points, the base looked at after each two, under a tracker that drifts along x.
 struct Drifting {
   SocketCampaign campaign;
 
@@ -50,16 +50,16 @@ TEST_CASE("base nests that stand still raise no alarm, and what was found is on 
   CHECK(still.campaign.run().state == State::done);
   CHECK(still.kinds() == Kinds{"checked", "started", "done"});
   const SessionStatus status = still.status();
-  REQUIRE(status.base.size() == 5);  // after 2, 4, 6, 8 and the last
+  REQUIRE(status.base.size() == 8);  // after 2, 4, … 14 and the last
   for (const auto& b : status.base) {
     CHECK_FALSE(b.check.moved);
     CHECK(b.check.moved_mm > 0);  // they are measured: noise is seen
     CHECK(b.check.moved_mm < b.check.chance_mm);
   }
   CHECK(status.base.front().check.after == 2);
-  CHECK(status.base.back().check.after == 10);
+  CHECK(status.base.back().check.after == 16);
   CHECK_THAT(status_text(status), Contains("base nests") && !Contains("more than chance"));
-  CHECK(status_json(status).at("base").size() == 5);
+  CHECK(status_json(status).at("base").size() == 8);
 }
 
 TEST_CASE("a tracker that drifts beyond the gate suspends the session, which ends when it stays so",
@@ -69,7 +69,7 @@ TEST_CASE("a tracker that drifts beyond the gate suspends the session, which end
   CHECK(outcome.exit_code() == ExitCode::interrupted);
   CHECK_THAT(outcome.detail, Contains("base nest B") && Contains("has moved"));
   CHECK(outcome.n_stored > 1);
-  CHECK(outcome.n_stored < 10);
+  CHECK(outcome.n_stored < 16);
   CHECK(drifting.kinds() == Kinds{"checked", "started", "paused", "stopped"});
   const SessionStatus status = drifting.status();
   REQUIRE(!status.base.empty());
@@ -117,7 +117,7 @@ TEST_CASE("a beam that breaks at a base nest is tried again, and no reading is t
   still.campaign.lab.tracker_faults.add({emulate::FaultKind::beam_break, 2, "B2"});
   CHECK(still.campaign.run().state == State::done);
   CHECK(still.campaign.struck() == 1);
-  CHECK(still.status().base.size() == 5);
+  CHECK(still.status().base.size() == 8);
   for (const auto& a : still.campaign.attempts()) CHECK(a.status == "ok");
   CHECK(still.campaign.problems().empty());
 }

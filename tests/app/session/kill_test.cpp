@@ -10,8 +10,10 @@
 #include <thread>
 #include <vector>
 
+#include "app/session/plan_json.hpp"
 #include "core/random.hpp"
 #include "tests/app/session/session_fixture.hpp"
+#include "tests/app/session/socket_campaign.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/paths.hpp"
 
@@ -52,12 +54,12 @@ int run_and_kill_after(const std::vector<std::string>& words, double seconds) {
   return wait_for(child);
 }
 
-bool has_session(const std::string& file) {
+bool has_session(const std::string& file, const std::string& name = "paper-80") {
   if (!std::filesystem::exists(file)) return false;
   try {
     store::Connection db = store::open(file, store::Access::read_only);
     const auto campaign = store::find_campaign(db, "c");
-    return campaign && store::find_session(db, campaign->id, "paper-80");
+    return campaign && store::find_session(db, campaign->id, name);
   } catch (const Error&) {
     return false;  // killed while the file was being made
   }
@@ -105,6 +107,63 @@ TEST_CASE("killed at random times and resumed, a campaign has the bits of an und
     }
   }
   CHECK(kills >= 2 * kCampaigns);
+}
+
+TEST_CASE(
+    "killed at random times the program leaves an emulated stage that comes to rest, and resumes "
+    "to "
+    "the readings of an undisturbed run",
+    "[session][sockets]") {
+  const Plan plan = small_plan();
+  SocketCampaign calm(plan);
+  REQUIRE(calm.run().state == session::State::done);
+  const auto expected = by_point(calm.db, "c", "s");
+
+  SocketCampaign lab(plan);
+  const std::string file = (lab.folder.path() / "killed.db").string();
+  const std::string plan_file =
+      lab.folder.write("plan.json", session::plan_json(plan).dump()).string();
+  const std::vector<std::string> run = {"session",
+                                        "run",
+                                        "c",
+                                        "--db",
+                                        file,
+                                        "--session",
+                                        "s",
+                                        "--plan",
+                                        plan_file,
+                                        "--plan-check",
+                                        lab.request.plan_check,
+                                        "--stage",
+                                        lab.request.stage,
+                                        "--tracker",
+                                        lab.request.tracker};
+  const std::vector<std::string> resume = {"session", "resume",    "c", "--db",
+                                           file,      "--session", "s"};
+  Random random(20240973);
+  int kills = 0, code = kKilled;
+  for (int tries = 0; code != 0; ++tries) {
+    REQUIRE(tries < 60);
+    const auto words = has_session(file, "s") ? resume : run;
+    code = tries < 20 ? run_and_kill_after(words, random.uniform(0, 0.4)) : wait_for(start(words));
+    REQUIRE((code == 0 || code == kKilled));
+    kills += code == kKilled ? 1 : 0;
+    int looks = 0;  // each look lets a moment pass there
+    while (lab.lab.robot.standing().moving) REQUIRE(++looks < 100'000);
+  }
+  CHECK(kills >= 3);
+  store::Connection db = store::open(file, store::Access::read_only);
+  const auto readings = by_point(db, "c", "s");  // throws when a point is stored twice
+  REQUIRE(readings.size() == plan.points.size());
+  for (const auto& [seq, reading] : readings) {
+    CAPTURE(seq);
+    const Reading& calm_one = expected.at(seq);
+    CHECK(reading.conditions.cmd_mm == calm_one.conditions.cmd_mm);
+    CHECK(reading.conditions.from_mm == calm_one.conditions.from_mm);
+    const Eigen::Vector3d off = reading.measured->vector() - calm_one.measured->vector();
+    CHECK(std::hypot(off[0], off[1]) < 2 * kSeenMm);
+    CHECK(std::abs(off[2]) < 2 * kSeenRad);
+  }
 }
 
 TEST_CASE("Ctrl-C once finishes the point, and the session can be resumed", "[session]") {

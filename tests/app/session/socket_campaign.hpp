@@ -149,9 +149,9 @@ class TellingClock : public device::Clock {
 
 struct SocketOptions {
   simulate::Truth truth = emulated_truth();
-  double reply_timeout_s = 0.3;  // what a lost reply costs
-  double step_s = 0.002;
-  double sigma_mm = 0.01;  // that the tracker's file states
+  double reply_timeout_s = 0.2;  // what a lost reply costs
+  double step_s = 0.01;
+  bool blind = false;      // the tracker's file lets pass whatever the triangle of nests tells
   bool base_nests = true;  // else the base's frame is stated
 };
 
@@ -167,7 +167,10 @@ class SocketCampaign {
     auto tracker = nlohmann::json::parse(read_text(examples + "tracker.json"));
     tracker["source"]["port"] = lab.tracker_server.port();
     tracker["source"]["reply_timeout_s"] = options.reply_timeout_s;
-    tracker["sigma_mm"] = options.sigma_mm;
+    if (options.blind) {
+      tracker["sigma_mm"] = 10;
+      tracker.erase("out_of_plane_mm");
+    }
     if (!options.base_nests) {
       tracker.erase("base_nests");
       tracker["base_frame"] = stated_frame();
