@@ -1,11 +1,14 @@
 #include "app/device/simulated.hpp"
 
+#include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/random.hpp"
 
 namespace trammel::device {
 
@@ -70,6 +73,13 @@ class SimulatedStage : public Stage {
   std::shared_ptr<World> world_;
 };
 
+struct BaseNest {
+  const char* name;
+  double x_mm, y_mm;
+};
+constexpr std::array<BaseNest, 4> kBaseNests = {
+    {{"B1", 350, 350}, {"B2", -350, 350}, {"B3", -350, -350}, {"B4", 350, -350}}};
+
 class SimulatedTracker : public Tracker {
  public:
   explicit SimulatedTracker(std::shared_ptr<World> world) : world_(std::move(world)) {}
@@ -78,18 +88,52 @@ class SimulatedTracker : public Tracker {
   [[nodiscard]] Status beam() override { return Status::ok; }
 
   PoseReport measure(const Occasion& occasion) override {
-    const Conditions conditions{.cmd_mm = world_->l_mm,
-                                .from_mm = world_->from_mm,
-                                .epoch = occasion.epoch,
-                                .time_s = occasion.time_s,
-                                .temp_degc = {}};
-    const ForwardResult seen = world_->robot.read(conditions, occasion.reading);
+    static_cast<void>(registered(occasion));
+    const ForwardResult seen = world_->robot.read(conditions(occasion), occasion.reading);
     if (!seen.ok()) return {Status::fault, "the virtual robot cannot stand there", {}, ""};
     return {Status::ok, "", seen.pose, ""};
   }
 
+  [[nodiscard]] bool sees_base() const override { return true; }
+  BaseReport measure_base(const Occasion& occasion) override {
+    const std::vector<NestPoint>& before = registered(occasion);
+    return {Status::ok, "",
+            base_drift(before, base_seen(occasion), Eigen::Isometry3d::Identity(),
+                       world_->robot.truth().tracker.sigma_xy_mm)};
+  }
+
  private:
+  [[nodiscard]] Conditions conditions(const Occasion& occasion) const {
+    return {.cmd_mm = world_->l_mm,
+            .from_mm = world_->from_mm,
+            .epoch = occasion.epoch,
+            .time_s = occasion.time_s,
+            .temp_degc = {}};
+  }
+
+  /// An epoch's frame is registered with its first reading.
+  const std::vector<NestPoint>& registered(const Occasion& occasion) {
+    std::vector<NestPoint>& base = base_[occasion.epoch];
+    if (base.empty()) base = base_seen(occasion);
+    return base;
+  }
+
+  /// Noise of its own, numbered as the reading: no pose changes because the base is looked at.
+  [[nodiscard]] std::vector<NestPoint> base_seen(const Occasion& occasion) const {
+    const simulate::Truth& truth = world_->robot.truth();
+    const double sigma_mm = truth.tracker.sigma_xy_mm;
+    Random random = Random::stream(truth.seed, "base nests", occasion.reading);
+    std::vector<NestPoint> points;
+    for (const BaseNest& nest : kBaseNests) {
+      const Pose at = world_->robot.seen({nest.x_mm, nest.y_mm, 0}, conditions(occasion));
+      const double x = random.normal(), y = random.normal(), z = random.normal();
+      points.push_back({nest.name, {at.x_mm + sigma_mm * x, at.y_mm + sigma_mm * y, sigma_mm * z}});
+    }
+    return points;
+  }
+
   std::shared_ptr<World> world_;
+  std::map<int, std::vector<NestPoint>> base_;  // by epoch, as they were when it was registered
 };
 
 class SimulatedThermometer : public Thermometer {

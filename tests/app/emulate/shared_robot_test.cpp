@@ -90,7 +90,7 @@ TEST_CASE("the same moves and measurements give the same bytes, however fast the
   EmulatedLaboratory first, second;
   const auto replies = campaign(first.stage_server.port(), first.tracker_server.port());
   CHECK(replies == campaign(second.stage_server.port(), second.tracker_server.port()));
-  for (const std::string& reply : replies) CHECK(reply.starts_with("ACK-300"));
+  for (const std::string& reply : replies) CHECK(reply.starts_with("ACK-"));
 }
 
 TEST_CASE("a tracker that asks the stage over its socket sees what one beside it sees",

@@ -122,15 +122,41 @@ TEST_CASE("a beam that breaks at a base nest is tried again, and no reading is t
   CHECK(still.campaign.problems().empty());
 }
 
-TEST_CASE("a tracker without base nests is refused before anything moves", "[session]") {
+TEST_CASE("a tracker without base nests is refused before anything moves", "[session][sockets]") {
+  SocketOptions stated;
+  stated.base_nests = false;
+  SocketCampaign campaign(small_plan(), stated);
+  campaign.request.policy.base_every = 2;
+  CHECK_THROWS_WITH(campaign.run(), Contains("base nests") && Contains("--base-every"));
+  CHECK_FALSE(store::find_campaign(campaign.db, "c"));
+  CHECK(campaign.lab.log.lines().empty());
+  campaign.request.policy.base_every = -1;
+  CHECK_THROWS_AS(campaign.run(), UsageError);
+}
+
+TEST_CASE("a virtual tracker's drift is seen by its base nests, and looking at them changes no bit",
+          "[session]") {
   const TemporaryFolder folder;
-  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
-  Request request = request_for(small_plan());
-  request.policy.base_every = 2;
-  CHECK_THROWS_WITH(run(db, request, {}), Contains("base nests") && Contains("--base-every"));
-  CHECK_FALSE(store::find_campaign(db, "c"));
-  request.policy.base_every = -1;
-  CHECK_THROWS_AS(run(db, request, {}), UsageError);
+  auto robot = nlohmann::json::parse(read_text(kPaperRobot));
+  robot["tracker"]["drift_x_mm_h"] = 4;
+  const std::string drifting = "sim:" + folder.write("robot.json", robot.dump()).string();
+  const auto measured = [&](const std::string& name, const std::string& stage, int every) {
+    Request request = request_for(small_plan());
+    request.stage = stage;
+    request.policy.base_every = every;
+    store::Connection db = store::open(folder.path() / name, store::Access::create);
+    const Outcome outcome = run(db, request, {});
+    return std::pair(outcome, by_point(db, "c", "s"));
+  };
+  const auto [plain, readings] = measured("plain.db", "sim:" + kPaperRobot, 0);
+  const auto [still, looked] = measured("looked.db", "sim:" + kPaperRobot, 2);
+  CHECK(still.state == State::done);
+  REQUIRE(looked.size() == readings.size());
+  for (const auto& [seq, reading] : readings) CHECK(same_bits(reading, looked.at(seq)));
+  const auto [moved, few] = measured("moved.db", drifting, 2);
+  CHECK(moved.exit_code() == ExitCode::interrupted);
+  CHECK_THAT(moved.detail, Contains("base nest B"));
+  CHECK(few.size() < readings.size());
 }
 
 }  // namespace trammel::session
