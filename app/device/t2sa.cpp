@@ -102,8 +102,9 @@ PoseReport T2saTracker::points_of(const std::vector<T2saTarget>& targets,
   return report;
 }
 
-PoseReport T2saTracker::register_base() {
-  if (!registered_.empty() || settings_.base.empty()) return {Status::ok, ""};
+/// Once an epoch: what was set up anew may stand elsewhere.
+PoseReport T2saTracker::register_base(int epoch) {
+  if (registered_epoch_ == epoch || settings_.base.empty()) return {Status::ok, ""};
   std::vector<NestPoint> points;
   PoseReport report = points_of(settings_.base_points, points);
   if (!report.ok()) {
@@ -113,6 +114,7 @@ PoseReport T2saTracker::register_base() {
   const BaseFrame frame = frame_of_base(points, settings_.base);
   settings_.nests.frame.T_B_T = frame.T_B_T;
   registered_ = std::move(points);
+  registered_epoch_ = epoch;
   return report;
 }
 
@@ -138,10 +140,10 @@ PoseReport T2saTracker::measure_object() {
 }
 
 /// Since the registration; the first time that is just now.
-BaseReport T2saTracker::measure_base(const Occasion&) {
+BaseReport T2saTracker::measure_base(const Occasion& occasion) {
   try {
     connect();
-    PoseReport report = register_base();
+    PoseReport report = register_base(occasion.epoch);
     std::vector<NestPoint> points;
     if (report.ok()) report = points_of(settings_.base_points, points);
     if (!report.ok()) return {report.status, report.detail};
@@ -154,10 +156,10 @@ BaseReport T2saTracker::measure_base(const Occasion&) {
   }
 }
 
-PoseReport T2saTracker::measure(const Occasion&) {
+PoseReport T2saTracker::measure(const Occasion& occasion) {
   try {
     connect();
-    PoseReport report = register_base();
+    PoseReport report = register_base(occasion.epoch);
     if (!report.ok()) return report;
     return settings_.object_group.empty() ? measure_points() : measure_object();
   } catch (const LinkError& error) {

@@ -2,6 +2,7 @@
 // A laser tracker behind T2SA: SpatialAnalyzer drives the instrument, this asks it for points.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,7 @@ struct T2saSettings {
   std::vector<T2saTarget> points;       // of the platform, one a nest
   std::string object_group = {};        // instead of points: measured as a whole …
   std::string object_reference = {};    // … and its frame asked for, against this group if any
-  std::vector<T2saTarget> base_points;  // measured once, before the first pose …
+  std::vector<T2saTarget> base_points;  // measured before an epoch's first pose …
   std::vector<NestPoint> base;          // … where they are in B; none: nests.frame.T_B_T holds
 };
 
@@ -47,7 +48,7 @@ class T2saTracker : public Tracker {
   void warm_up();
   [[nodiscard]] PoseReport points_of(const std::vector<T2saTarget>& targets,
                                      std::vector<NestPoint>& points);
-  [[nodiscard]] PoseReport register_base();
+  [[nodiscard]] PoseReport register_base(int epoch);
   [[nodiscard]] PoseReport measure_points();
   [[nodiscard]] PoseReport measure_object();
   [[nodiscard]] Status lost(const LinkError& error);
@@ -55,7 +56,8 @@ class T2saTracker : public Tracker {
   T2saSettings settings_;
   std::unique_ptr<T2saWire> wire_;
   bool reached_ = false;
-  std::vector<NestPoint> registered_ = {};  // the base nests as they were measured then
+  std::vector<NestPoint> registered_ = {};    // the base nests as they were measured …
+  std::optional<int> registered_epoch_ = {};  // … at the beginning of this epoch
 };
 
 }  // namespace trammel::device

@@ -25,9 +25,9 @@ struct SoakCount {
   int wrong = 0;           // readings that are repeated, or not what the robot really did
   int early = 0;           // the control: lives that a program which acknowledges a point when it
                            // begins it would have ended with a loss
-  double worst_sigma = 0;  // largest difference of an identified parameter from the fault-free
-                           // run's, in standard uncertainties of the difference
-  int parameters = 0;      // that were compared
+  int parameters = 0;      // independent combinations of parameters that are identified
+  double worst_sigma = 0;  // largest difference among them from those of the fault-free run, in
+                           // standard uncertainties of the difference
   std::string first_problem = {};
 };
 

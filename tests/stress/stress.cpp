@@ -144,7 +144,7 @@ void soak_row(int points) {
       ">= 2,000 points: 0 acknowledged lost, 0 repeated or invalid, parameters as without faults",
       fmt::format(
           "{} points, {} faults, {} failed tries, {} lives, {} deaths: {} lost, {} repeated "
-          "or invalid; {} parameters differ by {:.1f} sigma at most",
+          "or invalid; {} combinations of parameters within {:.1f} sigma",
           c.points, c.faults, c.failed_tries, c.lives, c.deaths, c.lost, c.wrong, c.parameters,
           c.worst_sigma),
       c.points >= 2000 && c.faults > points / 20 && c.lost + c.wrong == 0 && c.parameters > 0 &&

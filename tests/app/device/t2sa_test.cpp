@@ -142,7 +142,7 @@ TEST_CASE("an object is measured as a whole and its frame is the pose", "[device
   CHECK(report.pose.phi_rad == Approx(rad_from_deg(-2)).margin(1e-9));
 }
 
-TEST_CASE("the base nests tell where the tracker stands, once", "[device][t2sa]") {
+TEST_CASE("the base nests tell where the tracker stands, once an epoch", "[device][t2sa]") {
   Sa sa;
   sa.settings.nests.frame.T_B_T.setIdentity();
   for (const NestPoint& nest :
@@ -160,6 +160,13 @@ TEST_CASE("the base nests tell where the tracker stands, once", "[device][t2sa]"
     CHECK(report.pose.phi_rad == Approx(0.01).margin(1e-7));
   }
   CHECK(sa.server.count("!MEAS_SINGLE_POINT:A;base;B2") == 1);
+  const BaseReport base = tracker.measure_base(kOccasion);
+  REQUIRE(base.ok());
+  CHECK(base.drift.n_nests == 3);
+  CHECK_FALSE(base.drift.moved);
+  CHECK(sa.server.count("!MEAS_SINGLE_POINT:A;base;B2") == 2);
+  REQUIRE(tracker.measure({.reading = 0, .time_s = 0, .epoch = 2}).ok());
+  CHECK(sa.server.count("!MEAS_SINGLE_POINT:A;base;B2") == 3);
 }
 
 TEST_CASE("each refusal of T2SA has its status, and keeps its words", "[device][t2sa]") {

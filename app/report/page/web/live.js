@@ -24,8 +24,18 @@ function facts(status) {
     ['time left', status.state === 'done' ? 'none' : duration(status.left_s)],
     ['last stored', `${duration(status.silent_s)} ago (${status.last_utc})`],
     ['retries', retries.length ? retries.join(', ') : 'none'],
+    ['base nests', baseNests(status.base)],
     ['process', status.process ?? 'none measures now'],
   ];
+}
+
+/// The last look at the tracker's base nests, when the session looks at them.
+function baseNests(looks) {
+  const last = looks.at(-1);
+  if (!last) return 'not looked at';
+  const mm = (v) => `${v.toFixed(4)} mm`;
+  const judged = last.off ? ', beyond the gate' : last.moved ? ', more than chance' : '';
+  return `${last.nest} moved ${mm(last.moved_mm)} after ${count(last.after, 'point')} (chance ${mm(last.chance_mm)})${judged}`;
 }
 
 class Chart {
