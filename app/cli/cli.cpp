@@ -6,7 +6,9 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <new>
+#include <optional>
 
 #include "app/cli/command_tree.hpp"
 #include "app/cli/help.hpp"
@@ -100,15 +102,11 @@ ErrorText usage_text(const CLI::App& app, const CLI::ParseError& error,
   return {.what = error.what(), .hint = "see " + name + " --help"};
 }
 
-/// CLI11 throws for --help and --version too: those are data and success.
+/// CLI11 throws for --help too: that is data and success.
 int answer_parse_error(const CLI::App& app, const CLI::ParseError& error,
                        const std::vector<std::string>& words, bool json) {
   if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) {
     fmt::print("{}", app.help());
-    return 0;
-  }
-  if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) {
-    fmt::print("{}\n", error.what());
     return 0;
   }
   return fail(ExitCode::usage, usage_text(app, error, words), json);
@@ -185,6 +183,29 @@ void only_decimal_numbers(CLI::App& app) {
   }
 }
 
+enum class Explain { no, yes };
+
+/// The line as the program with these commands alone takes it. What they are is 3 ms of work, so
+/// they are first those that the line names; a line that these do not understand, or that asks for
+/// help, is not answered: that needs the whole tree, and is to be explained from it.
+std::optional<int> run_among(const std::vector<ProgramCommand>& commands,
+                             const std::vector<std::string>& words, Explain explain) {
+  Context context;
+  CLI::App app("", "trammel");
+  set_up(app, context, commands);
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::CallForVersion& version) {
+    fmt::print("{}\n", version.what());
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    if (explain == Explain::no) return std::nullopt;
+    const bool json = std::ranges::find(words, "--json") != words.end();
+    return answer_parse_error(app, error, words, json);
+  }
+  return run_chosen({app, words, context});
+}
+
 }  // namespace
 
 const std::array<ExitMeaning, 10>& exit_codes() { return kCodes; }
@@ -197,7 +218,7 @@ std::string exit_codes_text() {
   return text;
 }
 
-void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands) {
+void set_up(CLI::App& app, Context& context, const std::vector<ProgramCommand>& commands) {
   app.description(
       "Plans, runs, records, calibrates, explains and reports measurement campaigns on a "
       "planar 3-PRR parallel robot under a laser tracker.");
@@ -214,21 +235,18 @@ void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands)
   app.add_option("--db", context.db_option, "Database file")->type_name("FILE");
   app.add_flag("--json", context.json, "Print one JSON object instead of text");
   app.add_flag("--quiet", context.quiet, "No talk on stderr, errors only");
-  for (const Setup setup : commands) setup(app, context);
+  for (const ProgramCommand& command : commands) command.setup(app, context);
   only_decimal_numbers(app);
 }
 
-int run_cli(const std::vector<std::string>& words, const std::vector<Setup>& commands) {
-  Context context;
-  CLI::App app("", "trammel");
-  set_up(app, context, commands);
-  const bool json = std::find(words.begin(), words.end(), "--json") != words.end();
-  try {
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
-  } catch (const CLI::ParseError& error) {
-    return answer_parse_error(app, error, words, json);
-  }
-  return run_chosen({app, words, context});
+int run_cli(const std::vector<std::string>& words, const std::vector<ProgramCommand>& commands) {
+  std::vector<ProgramCommand> named;
+  std::ranges::copy_if(
+      commands, std::back_inserter(named), [&words](const ProgramCommand& command) {
+        return command.name != nullptr && std::ranges::find(words, command.name) != words.end();
+      });
+  if (const auto code = run_among(named, words, Explain::no)) return *code;
+  return run_among(commands, words, Explain::yes).value();
 }
 
 }  // namespace trammel::cli

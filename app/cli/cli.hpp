@@ -8,15 +8,18 @@
 
 namespace trammel::cli {
 
-/// Adds a command (or the verbs of a noun) to `app`.
-using Setup = void (*)(CLI::App& app, Context& context);
+/// What adds a command (or verbs of a noun) to `app`.
+struct ProgramCommand {
+  const char* name;  // as on the line; nullptr: it reads the whole tree, and is never alone in it
+  void (*setup)(CLI::App& app, Context& context);
+};
 
 /// Fills `app` with the options all commands share and with `commands`.
-void set_up(CLI::App& app, Context& context, const std::vector<Setup>& commands);
+void set_up(CLI::App& app, Context& context, const std::vector<ProgramCommand>& commands);
 
 /// Parses `words`, runs the command they name and returns the exit code, 0 to 130. Errors go to
 /// stderr: one line for a person, one object {"schema": "trammel/error/1", …} with --json.
-int run_cli(const std::vector<std::string>& words, const std::vector<Setup>& commands);
+int run_cli(const std::vector<std::string>& words, const std::vector<ProgramCommand>& commands);
 
 struct ExitMeaning {
   ExitCode code;

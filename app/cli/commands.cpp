@@ -24,32 +24,32 @@
 
 namespace trammel::cli {
 
-const std::vector<Setup>& commands() {
+const std::vector<ProgramCommand>& commands() {
   // One a line, in the order of a campaign.
   // clang-format off
-  static const std::vector<Setup> table = {
-      setup_demo,
-      setup_protocol,
-      setup_plan,
-      setup_session,
-      setup_session_control,
-      setup_campaign,
-      setup_campaign_exchange,
-      setup_reading,
-      setup_calibrate,
-      setup_diagnose,
-      setup_model,
-      setup_job,
-      setup_report,
-      setup_serve,
-      setup_assess,
-      setup_compare,
-      setup_mechanism,
-      setup_emulate,
-      setup_query,
-      setup_db,
-      setup_completion,
-      setup_man,
+  static const std::vector<ProgramCommand> table = {
+      {"demo", setup_demo},
+      {"protocol", setup_protocol},
+      {"plan", setup_plan},
+      {"session", setup_session},
+      {"session", setup_session_control},
+      {"campaign", setup_campaign},
+      {"campaign", setup_campaign_exchange},
+      {"reading", setup_reading},
+      {"calibrate", setup_calibrate},
+      {"diagnose", setup_diagnose},
+      {"model", setup_model},
+      {"job", setup_job},
+      {"report", setup_report},
+      {"serve", setup_serve},
+      {"assess", setup_assess},
+      {"compare", setup_compare},
+      {"mechanism", setup_mechanism},
+      {"emulate", setup_emulate},
+      {"query", setup_query},
+      {"db", setup_db},
+      {nullptr, setup_completion},
+      {nullptr, setup_man},
   };
   // clang-format on
   return table;

@@ -7,6 +7,6 @@
 namespace trammel::cli {
 
 /// Every command of the program, one line each, in the order of the help.
-const std::vector<Setup>& commands();
+const std::vector<ProgramCommand>& commands();
 
 }  // namespace trammel::cli

@@ -1,6 +1,7 @@
 #pragma once
 // The live page: a campaign's report with the state of its session, for a browser on this machine.
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -9,9 +10,10 @@ namespace trammel::serve {
 
 struct Options {
   std::filesystem::path database;
-  std::string campaign;      // name or uuid
-  std::string session = {};  // empty: the one with the latest event
-  int port = 0;              // 0: any that is free
+  std::string campaign;                      // name or uuid
+  std::string session = {};                  // empty: the one with the latest event
+  int port = 0;                              // 0: any that is free
+  std::chrono::milliseconds patience{5000};  // with a client that is slow to ask, or to read
 };
 
 /// Answers on 127.0.0.1 alone, under a path that holds a random token: who does not know it,

@@ -15,6 +15,7 @@
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/in_process.hpp"
 #include "tests/support/json_schema.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/program.hpp"
@@ -23,6 +24,7 @@
 using namespace trammel;
 using tests::Finished;
 using tests::kDriveError;
+using tests::run_here;
 using tests::run_program;
 
 namespace {
@@ -257,13 +259,34 @@ class Measuring {
 
 }  // namespace
 
-TEST_CASE("every command explains itself with its exit codes", "[cli]") {
+TEST_CASE("every command explains itself with its exit codes and every value, in 100 columns",
+          "[cli]") {
   for (const Command& command : all_commands()) {
     CAPTURE(command.name());
-    const Finished help = laboratory().run(command.words, {"--help"});
+    Words words = command.words;
+    words.emplace_back("--help");
+    const Finished help = run_here(words);
+    CAPTURE(help.out);
     CHECK(help.exit_code == 0);
     CHECK(help.err.empty());
     CHECK_THAT(help.out, Contains("Exit codes:") && Contains("130  interrupted"));
+    std::istringstream in(help.out);
+    for (std::string line; std::getline(in, line);) {
+      CHECK(cli::columns_of(line) <= 100);
+      if (line.starts_with("  --")) CHECK(line.substr(0, 30).find(" TEXT") == std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("a command that is set up alone is the one that its row names", "[cli]") {
+  for (const cli::ProgramCommand& row : cli::commands()) {
+    if (row.name == nullptr) continue;
+    cli::Context context;
+    CLI::App app("", "trammel");
+    cli::set_up(app, context, {row});
+    const auto made = app.get_subcommands([](const CLI::App*) { return true; });
+    REQUIRE(made.size() == 1);
+    CHECK(made[0]->get_name() == row.name);
   }
 }
 
@@ -274,7 +297,9 @@ TEST_CASE("every command answers a misspelt option with 2 and the right one", "[
       CAPTURE(command.name(), option);
       const std::string meant = option;
       option.insert(std::min<std::size_t>(4, option.size()), "x");
-      const Finished answer = laboratory().run(command.words, {option});
+      Words words = command.words;
+      words.push_back(option);
+      const Finished answer = run_here(words);
       CHECK(answer.exit_code == 2);
       CHECK(answer.out.empty());
       CHECK_THAT(answer.err, Contains("did you mean") && Contains(meant));
@@ -380,18 +405,6 @@ TEST_CASE("every error says what to do next", "[cli]") {
   CHECK(n_failed > 30);
 }
 
-TEST_CASE("help names every value and keeps to 100 columns", "[cli]") {
-  for (const Command& command : all_commands()) {
-    const Finished help = laboratory().run(command.words, {"--help"});
-    CAPTURE(command.name(), help.out);
-    std::istringstream in(help.out);
-    for (std::string line; std::getline(in, line);) {
-      CHECK(cli::columns_of(line) <= 100);
-      if (line.starts_with("  --")) CHECK(line.substr(0, 30).find(" TEXT") == std::string::npos);
-    }
-  }
-}
-
 TEST_CASE("files of the program's own formats are valid against their schemas", "[cli]") {
   const std::filesystem::path examples = tests::source_folder() + "/examples";
   const Laboratory& lab = laboratory();
@@ -418,12 +431,18 @@ TEST_CASE("files of the program's own formats are valid against their schemas", 
 }
 
 TEST_CASE("errors are valid against their schema, and a wrong object is not", "[cli]") {
+  const tests::TemporaryFolder folder;
+  const auto with_db = [&folder](Words words) {
+    words.insert(words.end(), {"--db", folder.path() / "trammel.db"});
+    return words;
+  };
+  REQUIRE(run_here(with_db({"campaign", "import", kDriveError})).exit_code == 0);
   for (const Words& words : std::vector<Words>{{"reprot", "--json"},
                                                {"report", "nobody", "--json"},
                                                {"campaign", "import", "nowhere", "--json"},
-                                               {"model", "show", "paper", "99", "--json"}}) {
+                                               {"model", "show", "drive-error", "9", "--json"}}) {
     CAPTURE(words);
-    const Finished failed = laboratory().run(words);
+    const Finished failed = run_here(with_db(words));
     CHECK(failed.out.empty());
     const auto error = nlohmann::json::parse(failed.err);
     CHECK(tests::schema_errors(error, "error.schema.json") == "");
@@ -435,9 +454,12 @@ TEST_CASE("errors are valid against their schema, and a wrong object is not", "[
 }
 
 TEST_CASE("a terminal gets bold headings, and none where NO_COLOR is set", "[cli]") {
-  const Words words = {"report", "paper", "--db", "demo/trammel.db"};
-  const std::string bold = tests::run_on_terminal(words, laboratory().path(), false);
-  const std::string plain = tests::run_on_terminal(words, laboratory().path(), true);
+  const tests::TemporaryFolder folder;
+  REQUIRE(run_program({"campaign", "import", kDriveError}, folder.path()).exit_code == 0);
+  REQUIRE(run_program({"calibrate", "lsq", "drive-error"}, folder.path()).exit_code == 0);
+  const Words words = {"report", "drive-error", "--db", "trammel.db"};
+  const std::string bold = tests::run_on_terminal(words, folder.path(), false);
+  const std::string plain = tests::run_on_terminal(words, folder.path(), true);
   CHECK(bold.find("\x1b[1m") != std::string::npos);
   CHECK(plain.find('\x1b') == std::string::npos);
   CHECK(plain.size() > 1000);
@@ -476,7 +498,7 @@ TEST_CASE("on a narrow terminal no line is too long and no number is cut", "[cli
 
 TEST_CASE("a progress bar is drawn on a terminal alone", "[cli]") {
   const tests::TemporaryFolder folder;
-  const std::string robot = "sim:" + (laboratory().path() / "demo/robot.json").string();
+  const std::string robot = "sim:" + tests::source_folder() + "/examples/paper/robot.json";
   const Words words = {"session", "run", "lab", "--plan", "paper-48", "--stage", robot};
   const Finished piped = run_program(words, folder.path());
   REQUIRE(piped.exit_code == 0);

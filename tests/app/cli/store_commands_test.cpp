@@ -6,12 +6,11 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "app/cli/cli.hpp"
-#include "app/cli/commands.hpp"
 #include "store/job.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/in_process.hpp"
 #include "tests/support/paths.hpp"
 
 using namespace trammel;
@@ -19,34 +18,13 @@ using trammel::test::TempFolder;
 
 namespace {
 
-struct Answer {
-  int code = 0;
-  std::string out;
+struct Answer : tests::Finished {
   [[nodiscard]] nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
-// Runs the command line with stdout and stderr in files.
 Answer run(const TempFolder& folder, std::vector<std::string> words) {
   words.insert(words.end(), {"--db", folder.file("lab.db").string()});
-  std::fflush(stdout);
-  std::fflush(stderr);
-  const int out = dup(STDOUT_FILENO);
-  const int err = dup(STDERR_FILENO);
-  const auto open = [&](const char* name, std::FILE* stream) {
-    REQUIRE(std::freopen(folder.file(name).c_str(), "w", stream) != nullptr);
-  };
-  open("stdout.txt", stdout);
-  open("stderr.txt", stderr);
-  Answer answer{.code = cli::run_cli(words, cli::commands()), .out = {}};
-  std::fflush(stdout);
-  std::fflush(stderr);
-  dup2(out, STDOUT_FILENO);
-  dup2(err, STDERR_FILENO);
-  close(out);
-  close(err);
-  std::ifstream in(folder.file("stdout.txt"));
-  answer.out.assign(std::istreambuf_iterator<char>(in), {});
-  return answer;
+  return {tests::run_here(words)};
 }
 
 void fill(const TempFolder& folder) {
@@ -60,15 +38,15 @@ void fill(const TempFolder& folder) {
 
 TEST_CASE("campaign list and show name the campaigns, their kind and their parts", "[cli]") {
   const TempFolder folder;
-  CHECK(run(folder, {"campaign", "list"}).code == 3);
+  CHECK(run(folder, {"campaign", "list"}).exit_code == 3);
   fill(folder);
   const auto list = run(folder, {"campaign", "list", "--json"});
-  CHECK(list.code == 0);
+  CHECK(list.exit_code == 0);
   CHECK(list.json()["schema"] == "trammel/campaign-list/1");
   CHECK(list.json()["campaigns"][0]["name"] == "rail-test");
   CHECK(list.json()["campaigns"][0]["n_readings"] == 6);
   CHECK_THAT(run(folder, {"campaign", "list"}).out, Contains("rail-test  real"));
-  CHECK(run(folder, {"campaign", "show", "nobody"}).code == 3);
+  CHECK(run(folder, {"campaign", "show", "nobody"}).exit_code == 3);
   const auto show = run(folder, {"campaign", "show", "rail-test", "--json"});
   CHECK(show.json()["sessions"][0]["name"] == "import");
   CHECK(show.json()["chain_head"].get<std::string>().size() == 64);
@@ -81,10 +59,13 @@ TEST_CASE("reading exclude adds a reason and removes nothing", "[cli]") {
   fill(folder);
   const std::vector<std::string> words = {"reading", "exclude",  "rail-test", "--seq",
                                           "2",       "--reason", "bumped"};
-  CHECK(run(folder, words).code == 0);
-  CHECK(run(folder, words).code == 4);  // already
-  CHECK(run(folder, {"reading", "exclude", "rail-test", "--seq", "99", "--reason", "x"}).code == 3);
-  CHECK(run(folder, {"reading", "exclude", "rail-test", "--seq", "3", "--reason", " "}).code == 4);
+  CHECK(run(folder, words).exit_code == 0);
+  CHECK(run(folder, words).exit_code == 4);  // already
+  CHECK(
+      run(folder, {"reading", "exclude", "rail-test", "--seq", "99", "--reason", "x"}).exit_code ==
+      3);
+  CHECK(run(folder, {"reading", "exclude", "rail-test", "--seq", "3", "--reason", " "}).exit_code ==
+        4);
   const auto show = run(folder, {"campaign", "show", "rail-test", "--json"}).json();
   CHECK(show["exclusions"][0]["reason"] == "bumped");
   CHECK(show["n_readings"] == 6);
@@ -103,14 +84,14 @@ TEST_CASE("query answers as text, CSV, JSON and NDJSON, and changes nothing", "[
         "{\"seq\":1,\"x_mm\":10.1,\"x_mm_2\":10.1}\n{\"seq\":2,\"x_mm\":20.05,\"x_mm_2\":20.05}\n");
   CHECK(run(folder, {"query", "campaign_fact", "--csv"}).out ==
         run(folder, {"query", "SELECT * FROM campaign_fact", "--csv"}).out);
-  CHECK(run(folder, {"query", "DELETE FROM reading"}).code == 4);
-  CHECK(run(folder, {"query", "SELEKT"}).code == 4);
-  CHECK(run(folder, {"query", sql, "--csv", "--ndjson"}).code == 2);
+  CHECK(run(folder, {"query", "DELETE FROM reading"}).exit_code == 4);
+  CHECK(run(folder, {"query", "SELEKT"}).exit_code == 4);
+  CHECK(run(folder, {"query", sql, "--csv", "--ndjson"}).exit_code == 2);
   CHECK(run(folder, {"query",
                      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
                      "SELECT count(*) FROM n",
                      "--timeout_s", "0.1"})
-            .code == 8);
+            .exit_code == 8);
 }
 
 TEST_CASE("text that a spreadsheet or a terminal would act on is made harmless in a query",
@@ -137,7 +118,7 @@ TEST_CASE("every table and view is exported by its name, and sqlite3 reads the f
     const std::string name = row["name"];
     INFO(name);
     const Answer csv = run(folder, {"query", name, "--csv"});
-    CHECK(csv.code == 0);
+    CHECK(csv.exit_code == 0);
     const auto n = run(folder, {"query", "SELECT count(*) AS n FROM " + name, "--json"}).json();
     const Answer lines = run(folder, {"query", name, "--ndjson"});
     CHECK(std::count(lines.out.begin(), lines.out.end(), '\n') ==
@@ -160,20 +141,21 @@ TEST_CASE("job diff, why and verify say what differs, what made it stale, and wh
     store::Connection db = store::open(folder.file("lab.db"), store::Access::create);
     store::import_campaign(db, tests::paper_campaign());
   }
-  REQUIRE(run(folder, {"calibrate", "idw", "paper"}).code == 0);
+  REQUIRE(run(folder, {"calibrate", "idw", "paper"}).exit_code == 0);
   CHECK_THAT(run(folder, {"job", "show", "1"}).out, Contains("paper (SIMULATED)"));
   CHECK(run(folder, {"job", "show", "1", "--json"}).json()["kind"] == "simulated");
   CHECK_THAT(run(folder, {"job", "why", "1"}).out, Contains("nothing of it has changed"));
-  CHECK(run(folder, {"job", "verify", "1"}).code == 0);
-  REQUIRE(run(folder, {"reading", "exclude", "paper", "--seq", "7", "--reason", "bumped"}).code ==
-          0);
+  CHECK(run(folder, {"job", "verify", "1"}).exit_code == 0);
+  REQUIRE(
+      run(folder, {"reading", "exclude", "paper", "--seq", "7", "--reason", "bumped"}).exit_code ==
+      0);
   CHECK_THAT(run(folder, {"job", "why", "1"}).out,
              Contains("changed since: exclusions: seq 7 is left out now: bumped") &&
                  Contains("readings: 127 now, 128 then"));
   const Answer verified = run(folder, {"job", "verify", "1"});
-  CHECK(verified.code == 0);
+  CHECK(verified.exit_code == 0);
   CHECK_THAT(verified.out, Contains("bit for bit; there are other inputs now"));
-  REQUIRE(run(folder, {"job", "rerun", "1"}).code == 0);
+  REQUIRE(run(folder, {"job", "rerun", "1"}).exit_code == 0);
   CHECK_THAT(run(folder, {"job", "show", "2"}).out, Contains("left out: seq 7: bumped"));
   const Answer text = run(folder, {"job", "diff", "1", "2"});
   CHECK_THAT(text.out, Contains("inputs that differ: exclusions, readings") &&
@@ -196,10 +178,10 @@ TEST_CASE("db verify says ok of a whole file, names the row of a changed one and
           "[cli]") {
   const TempFolder folder;
   fill(folder);
-  CHECK(run(folder, {"db", "check"}).code == 0);
+  CHECK(run(folder, {"db", "check"}).exit_code == 0);
   CHECK(run(folder, {"db", "verify", "--json"}).json()["n_readings"] == 6);
-  CHECK(run(folder, {"db", "backup", folder.file("copy.db").string()}).code == 0);
-  CHECK(run(folder, {"db", "backup", folder.file("copy.db").string()}).code == 4);
+  CHECK(run(folder, {"db", "backup", folder.file("copy.db").string()}).exit_code == 0);
+  CHECK(run(folder, {"db", "backup", folder.file("copy.db").string()}).exit_code == 4);
   CHECK_THAT(run(folder, {"db", "migrate"}).out, Contains("nothing to do"));
   {
     store::Connection other(folder.file("lab.db"), store::Access::write);
@@ -213,9 +195,9 @@ TEST_CASE("db verify says ok of a whole file, names the row of a changed one and
     other.execute(guard);
   }
   const Answer answer = run(folder, {"db", "verify"});
-  CHECK(answer.code == 5);
+  CHECK(answer.exit_code == 5);
   CHECK_THAT(answer.out, Contains("seq 2"));
-  CHECK(run(folder, {"db", "backup", folder.file("bad.db").string()}).code == 8);
+  CHECK(run(folder, {"db", "backup", folder.file("bad.db").string()}).exit_code == 8);
 }
 
 TEST_CASE("db migrate takes a database of version 1 to this version", "[cli]") {
@@ -223,9 +205,10 @@ TEST_CASE("db migrate takes a database of version 1 to this version", "[cli]") {
   std::filesystem::copy_file(
       std::filesystem::path(tests::source_folder()) / "tests/store/versions/version_1.sqlite3",
       folder.file("lab.db"));
-  CHECK(run(folder, {"campaign", "list"}).code == 0);  // read-only
-  CHECK(run(folder, {"reading", "exclude", "rail-test", "--seq", "1", "--reason", "x"}).code == 8);
+  CHECK(run(folder, {"campaign", "list"}).exit_code == 0);  // read-only
+  CHECK(run(folder, {"reading", "exclude", "rail-test", "--seq", "1", "--reason", "x"}).exit_code ==
+        8);
   const auto done = run(folder, {"db", "migrate", "--json"}).json();
   CHECK(done["from_version"] == 1);
-  CHECK(run(folder, {"db", "verify"}).code == 0);
+  CHECK(run(folder, {"db", "verify"}).exit_code == 0);
 }
