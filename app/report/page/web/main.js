@@ -28,17 +28,20 @@ function addFlat(figure, box, item) {
   state(figure, 'drawn');
 }
 
-// Surfaces are drawn one after the other in one place and kept as pictures: a browser has few
-// contexts for 3-D, and a picture prints. A click makes one live again.
+// Surfaces are drawn one after the other by one chart and kept as pictures: a browser has few
+// contexts for 3-D, each new one compiles its shaders anew, and a picture prints. A click makes one
+// live again.
 const kSharp = 1.5;  // picture elements to a px: some 190 dpi on paper
 let live = null;
 const queue = [];
 
-function surfaceChart(box, item, width) {
+const surfaceChart = (box) => init(box, null, { renderer: 'canvas', width: 1, height: 1, devicePixelRatio: kSharp });
+
+function drawSurface(chart, item, width) {
   const { height, option } = kinds[item.kind](item.data, width);
-  const chart = init(box, null, { renderer: 'canvas', width, height, devicePixelRatio: kSharp });
+  chart.clear();  // else the library keeps the shape of the surface before
+  chart.resize({ width, height });
   chart.setOption(option);
-  return { chart, height };
 }
 
 // Two frames: one lays the labels out, one draws. A page in the background gets none.
@@ -51,7 +54,8 @@ function makeLive(picture, item) {
   const width = picture.clientWidth;
   picture.hidden = true;
   picture.after(box);
-  const { chart } = surfaceChart(box, item, width);
+  const chart = surfaceChart(box);
+  drawSurface(chart, item, width);
   live = () => { chart.dispose(); box.remove(); picture.hidden = false; live = null; };
 }
 
@@ -62,14 +66,15 @@ async function drawSurfaces() {
   drawing = true;
   const workshop = element('div', { class: 'workshop', 'aria-hidden': 'true' });
   document.body.append(workshop);
+  let chart;
   while (queue.length) {
     const { figure, box, item } = queue.shift();
     try {
-      const { chart } = surfaceChart(workshop, item, Math.min(box.clientWidth, 900));
+      chart ??= surfaceChart(workshop);
+      drawSurface(chart, item, Math.min(box.clientWidth, 900));
       await settled();
       const picture = element('img', { class: 'surface', alt: item.title, title: 'click to turn it' });
       picture.src = chart.getDataURL({ pixelRatio: kSharp, backgroundColor: '#fff' });
-      chart.dispose();
       await picture.decode();
       picture.addEventListener('click', () => makeLive(picture, item));
       box.replaceChildren(picture);
@@ -79,6 +84,7 @@ async function drawSurfaces() {
       state(figure, 'no-3d', String(error));
     }
   }
+  chart?.dispose();
   workshop.remove();
   drawing = false;
   document.documentElement.dataset.state = 'done';

@@ -1,6 +1,7 @@
 // A headless Chromium, driven over two pipes by the DevTools protocol: no library, no port.
 import { spawn } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync } from 'node:fs';
+import { rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 
@@ -64,9 +65,9 @@ export class Browser {
   }
 
   async stop() {
-    this.process.kill();
+    await this.send('Browser.close');  // a signal would leave children that still write
     await this.gone;
-    rmSync(this.profile, { recursive: true, force: true, maxRetries: 5 });
+    await rm(this.profile, { recursive: true, force: true, maxRetries: 20 });
   }
 }
 

@@ -1,13 +1,14 @@
 // node --test page_test.mjs, with TRAMMEL and CHROMIUM in the environment: the report in a browser, as
 // a file and live.
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
+import { execFile, spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
+import { promisify } from 'node:util';
 import { Browser } from './browser.mjs';
 
 const { TRAMMEL, CHROMIUM } = process.env;
@@ -15,16 +16,14 @@ const root = join(dirname(fileURLToPath(import.meta.url)), '../../../..');
 const kHostile = '</script><img src=x onerror=alert(1)>';
 const kTexts = [kHostile, '=HYPERLINK("http://192.0.2.1/","x")', '\u2028\u2029<!--', '"><svg onload=alert(2)>', '{{7*7}} ${7*7}'];
 
-let folder, browser;
+let folder, browser, campaigns;
 const children = [];
 
-function trammel(...words) {
-  return execFileSync(TRAMMEL, words, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'],
-    env: { ...process.env, TRAMMEL_DB: join(folder, 'trammel.db') } });
-}
+const settings = () => ({ cwd: folder, env: { ...process.env, TRAMMEL_DB: join(folder, 'trammel.db') } });
+const trammel = (...words) => promisify(execFile)(TRAMMEL, words, settings());
 
 // The drive-error campaign under a name and with facts that try to be markup, calibrated.
-function importHostile() {
+async function importHostile() {
   const from = join(folder, 'hostile');
   cpSync(join(root, 'tests/support/campaigns/drive-error'), from, { recursive: true });
   const file = join(from, 'campaign.json');
@@ -32,19 +31,22 @@ function importHostile() {
   campaign.name = kHostile;
   kTexts.forEach((text, k) => { campaign.facts = { ...campaign.facts, [`fact ${k}${text}`]: text }; });
   writeFileSync(file, JSON.stringify(campaign));
-  trammel('campaign', 'import', 'hostile');
-  trammel('calibrate', 'lsq', kHostile);
-  trammel('reading', 'exclude', kHostile, '--seq', '3', '--reason', kHostile);
-  trammel('report', kHostile, '--html', 'hostile.html');
+  await trammel('campaign', 'import', 'hostile');
+  await trammel('calibrate', 'lsq', kHostile);
+  await trammel('reading', 'exclude', kHostile, '--seq', '3', '--reason', kHostile);
+  await trammel('report', kHostile, '--html', 'hostile.html');
+}
+
+async function makeCampaigns() {
+  await importHostile();
+  await trammel('demo', 'demo', '--db', join(folder, 'trammel.db'));
+  await trammel('report', 'paper', '--html', 'paper.html');
 }
 
 before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'trammel-page-'));
-  const starting = Browser.start(CHROMIUM);
-  trammel('demo', 'demo', '--db', join(folder, 'trammel.db'));
-  trammel('report', 'paper', '--html', 'paper.html');
-  importHostile();
-  browser = await starting;
+  campaigns = makeCampaigns();  // while the live page, which needs none of them, is watched
+  browser = await Browser.start(CHROMIUM);
 });
 
 after(async () => {
@@ -54,6 +56,7 @@ after(async () => {
 });
 
 async function open(name, width, height) {
+  await campaigns;
   const page = await browser.open(`file://${join(folder, name)}`, width, height);
   await page.until("document.documentElement.dataset.state === 'done'");
   return page;
@@ -90,6 +93,26 @@ const kFigures = `Promise.all([...document.querySelectorAll('figure')].map(async
     absent: f.querySelector('.absent')?.textContent ?? '' };
 }))`;
 
+// The last surface is clicked, which draws it again to be turned: the share of picture elements that
+// are as the picture has them. One chart draws all pictures; what it kept of another would show.
+const kClicked = `(async () => {
+  const picture = [...document.querySelectorAll('img.surface')].pop();
+  picture.click();
+  const layers = () => [...picture.nextElementSibling.querySelectorAll('canvas')];
+  const inks = (...images) => {
+    const canvas = document.createElement('canvas');
+    canvas.width = picture.naturalWidth; canvas.height = picture.naturalHeight;
+    const context = canvas.getContext('2d', { willReadFrequently: true });
+    context.fillStyle = '#fff';
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    images.forEach((image) => context.drawImage(image, 0, 0));
+    return new Uint32Array(context.getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+  };
+  for (let frame = 0; frame < 3; frame += 1) await new Promise(requestAnimationFrame);
+  const was = inks(picture), is = inks(...layers());
+  return is.filter((ink, k) => ink === was[k]).length / is.length;
+})()`;
+
 function everyFigureDrew(figures) {
   for (const f of figures) {
     const what = JSON.stringify({ ...f, words: undefined });
@@ -100,6 +123,44 @@ function everyFigureDrew(figures) {
     assert.ok(!f.nan && !f.outside, what);
   }
 }
+
+// `trammel WORDS…` in the background, ended with the tests.
+function started(...words) {
+  const child = spawn(TRAMMEL, words, { ...settings(), stdio: ['ignore', 'pipe', 'ignore'] });
+  children.push(child);
+  return child;
+}
+
+test('the live page follows a session that another process measures, and its end', async () => {
+  const lab = ['--db', 'lab.db'];
+  const robot = `sim:${join(root, 'examples/paper/robot.json')}`;
+  await trammel('plan', 'create', 'lattice', '--step', '50', '--out', 'plan.json');
+  await trammel('session', 'run', 'lab', '--plan', 'plan.json', '--session', 'first', '--stage', robot, ...lab);
+  const serve = started('serve', 'lab', ...lab);
+  const [line] = await once(serve.stdout, 'data');
+  const url = line.toString().trim();
+  const page = await browser.open(url, 1280, 900);
+  await page.until("document.getElementById('now')?.dataset.state === 'done'");
+  assert.ok(await page.ask("document.querySelector('.simulated').getBoundingClientRect().height > 30"));
+
+  const live = (what) => `document.querySelector('#now').textContent.includes(${JSON.stringify(what)})`;
+  const run = started('session', 'run', 'lab', '--plan', 'plan.json', '--session', 'watched', '--stage', robot, ...lab);
+  const ended = once(run, 'exit');
+  await page.until(live('watched'));
+  assert.deepEqual(await ended, [0, null]);
+  await page.until(`${live('watched')} && document.getElementById('now').dataset.state === 'done'`);
+  assert.ok(await page.ask("document.querySelectorAll('#live-deviations svg path').length > 10"));
+  // The report below is asked for anew: the session that has ended is in it.
+  await page.until("document.getElementById('sessions')?.textContent.includes('watched')");
+  assert.deepEqual(page.requests.filter((asked) => !asked.startsWith(url) && !/^(data|blob):/.test(asked)), []);
+  assert.equal(await page.ask('document.documentElement.dataset.refused ?? null'), null);
+
+  serve.kill('SIGTERM');
+  assert.deepEqual(await once(serve, 'exit'), [0, null]);
+  await page.until("document.getElementById('now').dataset.state === 'no-answer'");
+  assert.ok(await page.ask(live('No answer from trammel serve')));
+  await page.close();
+});
 
 test('every figure of the demo draws on a wide window, a narrow one and on paper, and asks nobody', async () => {
   const page = await open('paper.html', 1280, 900);
@@ -115,15 +176,10 @@ test('every figure of the demo draws on a wide window, a narrow one and on paper
     assert.match(f.words, /mm|deg/, f.id);  // axes have units
   }
   assert.ok(await page.ask("document.querySelector('.simulated').getBoundingClientRect().height > 30"));
-  const wide = await page.ask("document.querySelector('#headline svg').getBoundingClientRect().width");
+  assert.ok(await page.ask(kClicked) > 0.99);
 
-  await page.resize(420, 800);
-  await page.until(`document.querySelector('#headline svg').getBoundingClientRect().width < ${wide / 2}`);
-  everyFigureDrew(await page.ask(kFigures));
-  assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
-
-  await page.resize(1280, 900);
-  await page.until(`document.querySelector('#headline svg').getBoundingClientRect().width === ${wide}`);
+  const width = "document.querySelector('#headline svg').getBoundingClientRect().width";
+  const wide = await page.ask(width);
   await page.ask(`addEventListener('beforeprint', () => {
     window.widest = Math.max(...[...document.querySelectorAll('figure svg')].map((s) => s.getBoundingClientRect().width));
   })`);
@@ -132,7 +188,12 @@ test('every figure of the demo draws on a wide window, a narrow one and on paper
   const pages = pdf.toString('latin1').match(/\/Type\s*\/Page\b/g).length;
   assert.ok(pages >= 10 && pages <= 60, `${pages} pages`);
   assert.ok(await page.ask('window.widest') <= 690);
-  assert.equal(await page.ask("document.querySelector('#headline svg').getBoundingClientRect().width"), wide);
+  assert.equal(await page.ask(width), wide);
+
+  await page.resize(420, 800);
+  await page.until(`${width} < ${wide / 2}`);
+  everyFigureDrew(await page.ask(kFigures));
+  assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
   await undisturbed(page);
   await page.close();
 });
@@ -145,43 +206,5 @@ test('hostile names and texts stay text', async () => {
   assert.equal(await page.ask("document.querySelectorAll('img[src=\"x\"], svg[onload], script[src]').length"), 0);
   assert.equal(await page.ask('document.title'), `Campaign ${kHostile}`);
   await undisturbed(page);
-  await page.close();
-});
-
-// `trammel WORDS…` in the background, ended with the tests.
-function started(...words) {
-  const child = spawn(TRAMMEL, words, { cwd: folder, stdio: ['ignore', 'pipe', 'ignore'],
-    env: { ...process.env, TRAMMEL_DB: join(folder, 'trammel.db') } });
-  children.push(child);
-  return child;
-}
-
-test('the live page follows a session that another process measures, and its end', async () => {
-  const robot = `sim:${join(root, 'examples/paper/robot.json')}`;
-  trammel('plan', 'create', 'lattice', '--step', '50', '--out', 'plan.json');
-  trammel('session', 'run', 'lab', '--plan', 'plan.json', '--session', 'first', '--stage', robot);
-  const serve = started('serve', 'lab');
-  const [line] = await once(serve.stdout, 'data');
-  const url = line.toString().trim();
-  const page = await browser.open(url, 1280, 900);
-  await page.until("document.getElementById('now')?.dataset.state === 'done'");
-  assert.ok(await page.ask("document.querySelector('.simulated').getBoundingClientRect().height > 30"));
-
-  const live = (what) => `document.querySelector('#now').textContent.includes(${JSON.stringify(what)})`;
-  const run = started('session', 'run', 'lab', '--plan', 'plan.json', '--session', 'watched', '--stage', robot);
-  const ended = once(run, 'exit');
-  await page.until(live('watched'));
-  assert.deepEqual(await ended, [0, null]);
-  await page.until(`${live('watched')} && document.getElementById('now').dataset.state === 'done'`);
-  assert.ok(await page.ask("document.querySelectorAll('#live-deviations svg path').length > 10"));
-  // The report below is asked for anew: the session that has ended is in it.
-  await page.until("document.getElementById('sessions')?.textContent.includes('watched')");
-  assert.deepEqual(page.requests.filter((asked) => !asked.startsWith(url) && !/^(data|blob):/.test(asked)), []);
-  assert.equal(await page.ask('document.documentElement.dataset.refused ?? null'), null);
-
-  serve.kill('SIGTERM');
-  assert.deepEqual(await once(serve, 'exit'), [0, null]);
-  await page.until("document.getElementById('now').dataset.state === 'no-answer'");
-  assert.ok(await page.ask(live('No answer from trammel serve')));
   await page.close();
 });
