@@ -10,10 +10,12 @@ namespace trammel::serve {
 
 struct Options {
   std::filesystem::path database;
-  std::string campaign;                      // name or uuid
-  std::string session = {};                  // empty: the one with the latest event
-  int port = 0;                              // 0: any that is free
-  std::chrono::milliseconds patience{5000};  // with a client that is slow to ask, or to read
+  std::string campaign;      // name or uuid
+  std::string session = {};  // empty: the one with the latest event
+  int port = 0;              // 0: any that is free
+  // With a client that is slow to ask, or to read: it holds up nobody, and one that asks while a
+  // page is being made has to wait for that.
+  std::chrono::milliseconds patience{30'000};
 };
 
 /// Answers on 127.0.0.1 alone, under a path that holds a random token: who does not know it,

@@ -7,6 +7,7 @@
 #include "app/cli/commands.hpp"
 #include "app/cli/complete.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/in_process.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
 
@@ -68,8 +69,9 @@ void check_offered(Program& program, const CLI::App& command, const Strings& pat
 class Desk {
  public:
   Desk() {
-    const auto run = [this](const Strings& words) {
-      const Finished done = tests::run_program(words, folder_.path());
+    const auto run = [this](Strings words) {
+      words.insert(words.end(), {"--db", database()});
+      const Finished done = tests::run_here(words);
       INFO(done.err);
       REQUIRE(done.exit_code == 0);
       return done.out;
@@ -95,7 +97,8 @@ class Desk {
     return std::nullopt;
   }
 
-  [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
+  [[nodiscard]] std::string file(const char* name) const { return folder_.path() / name; }
+  [[nodiscard]] std::string database() const { return file("trammel.db"); }
 
  private:
   tests::TemporaryFolder folder_;
@@ -147,15 +150,15 @@ TEST_CASE("the value that stands at the cursor is asked for by its name", "[cli]
 
 TEST_CASE("campaigns, sessions and jobs are completed from the database of the line", "[cli]") {
   const auto complete = [](Strings words) {
-    words.insert(words.begin(), {"complete", "--"});
-    return tests::run_program(words, desk().path()).out;
+    words.insert(words.begin(), {"complete", "--db", desk().database(), "--"});
+    return tests::run_here(words).out;
   };
   CHECK(complete({"report", "dr"}) == "drive-error\tsimulated, 152 readings\n:none\n");
   CHECK_THAT(complete({"compare", "drive-error", ""}), Contains("it's 2\t"));
   CHECK_THAT(complete({"job", "show", ""}), Contains("1\tlsq of drive-error"));
   CHECK_THAT(complete({"query", "v_acc"}), Contains("v_accuracy\t"));
-  CHECK(complete({"report", "--db", "nowhere.db", ""}) == ":none\n");
-  CHECK(complete({"report", "--db", "robot.json", ""}) == ":none\n");  // no database
+  CHECK(complete({"report", "--db", desk().file("nowhere.db"), ""}) == ":none\n");
+  CHECK(complete({"report", "--db", desk().file("robot.json"), ""}) == ":none\n");  // no database
   CHECK_THAT(complete({"--db", ""}), Contains(":files"));
   CHECK_THAT(complete({"campaign", "import", ""}), Contains(":folders"));
 }

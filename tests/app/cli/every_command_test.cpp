@@ -309,9 +309,9 @@ TEST_CASE("every command answers a misspelt option with 2 and the right one", "[
 
 TEST_CASE("every command that can change anything has --dry-run, which changes nothing", "[cli]") {
   const Measuring measuring;
+  const auto before = laboratory().files();
   for (const Command& command : all_commands()) {
     CAPTURE(command.name());
-    const auto before = laboratory().files();
     const Words more = command.has("--dry-run") ? Words{"--dry-run"} : Words{};
     Words words = line(command);
     if (std::find(words.begin(), words.end(), "--dry-run") == words.end())

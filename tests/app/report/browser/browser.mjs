@@ -12,7 +12,8 @@ export class Browser {
     const browser = new Browser();
     browser.profile = mkdtempSync(join(tmpdir(), 'trammel-browser-'));
     browser.process = spawn(program, ['--headless', '--no-sandbox', '--remote-debugging-pipe',
-      '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-dev-shm-usage',
+      '--use-angle=swiftshader', '--enable-unsafe-swiftshader',  // 3-D without a graphics card; the rest
+      '--disable-gpu-compositing', '--disable-dev-shm-usage',    // of a page is painted faster directly
       '--no-first-run', '--disable-background-networking', '--disable-component-update',
       '--disable-sync', `--user-data-dir=${browser.profile}`, 'about:blank'],
       { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'] });
