@@ -28,11 +28,11 @@ std::string out_of_band(double temp_degc, const Policy& policy, bool suspended) 
 
 }  // namespace
 
-/// A simulated room does not change by waiting: nobody waits for it. Who is asked to stop waits no
-/// longer.
-void Runner::pass(double seconds) {
+/// A simulated room does not change by waiting: nobody waits for it. Who is asked for `until`, or
+/// more, waits no longer.
+void Runner::pass(double seconds, Wish until) {
   if (devices_->virtual_time) return;
-  for (double left = seconds; left > 0 && !asked_to_stop(); left -= kSliceS) {
+  for (double left = seconds; left > 0 && wishes_.now() < until; left -= kSliceS) {
     surroundings_.sleep(std::min(kSliceS, left));
   }
 }
@@ -103,6 +103,7 @@ bool Runner::conditions_hold(const PlannedPoint& point) {
     advance(Event::conditions_bad);
     note("paused", "conditions: " + found.bad);
     progress_->say("suspended: " + found.bad);
+    if (wishes_.now() == Wish::go_on) wishes_.taken();  // of an earlier pause
   }
   for (double waited_s = 0; !found.failure.any() && !found.bad.empty(); waited_s += policy.poll_s) {
     const Wish wish = wishes_.now();
@@ -114,11 +115,9 @@ bool Runner::conditions_hold(const PlannedPoint& point) {
       advance(Event::stop_asked);
       return false;
     }
-    if (wish == Wish::pause) {
-      note("paused", "by the operator");
-      return false;
-    }
-    pass(policy.poll_s);
+    if (wish == Wish::pause) note("paused", "by the operator");
+    if (wish != Wish::none) return false;  // asked to go on: set up anew, as after any pause
+    pass(policy.poll_s, Wish::go_on);
     found = look_at_conditions(point, true);
   }
   if (found.failure.any()) {

@@ -170,8 +170,10 @@ void Runner::measure_open(bool resuming) {
 
 /// True: go on, by way of a set-up.
 bool Runner::wait_while_paused() {
-  wishes_.taken();
-  progress_->say("paused; go on with `trammel session resume`");
+  if (wishes_.now() != Wish::go_on) {
+    wishes_.taken();
+    progress_->say("paused; go on with `trammel session resume`");
+  }
   for (;;) {
     const Wish wish = wishes_.now();
     if (wish >= Wish::stop) {

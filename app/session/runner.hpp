@@ -105,7 +105,7 @@ class Runner {
   Found look_at_conditions(const PlannedPoint& point, bool suspended);
   Found look_at_base(const PlannedPoint& point, bool suspended);
   void look_at_base_once_more();
-  void pass(double seconds);
+  void pass(double seconds, Wish until = Wish::stop);
 
   store::Connection& connection_;
   std::shared_ptr<device::Devices> devices_;

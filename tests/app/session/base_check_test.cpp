@@ -110,6 +110,25 @@ TEST_CASE("a suspended session stops at once when another process asks for it",
   CHECK(slept == asked_at);  // not one slice more of its patience
 }
 
+TEST_CASE("asked to go on, a suspended session sets up anew and registers the frame anew",
+          "[session][sockets]") {
+  Drifting drifting(1.5);
+  drifting.campaign.request.policy.patience_s = 1e6;
+  int asked = 0;
+  drifting.campaign.around.sleep = [&](double) {
+    if (drifting.kinds().back() != "paused") return;
+    store::Connection other = store::open(drifting.campaign.db.file(), store::Access::write);
+    const auto owner = store::require_campaign(other, "c");
+    ask(other, store::find_session(other, owner.id, "s")->id, Wish::go_on);
+    REQUIRE(++asked < 16);
+  };
+  const Outcome outcome = drifting.campaign.run();
+  INFO(outcome.detail);
+  CHECK(outcome.state == State::done);
+  CHECK(asked > 0);
+  CHECK(drifting.status().epoch == 1 + asked);
+}
+
 TEST_CASE("a beam that breaks at a base nest is tried again, and no reading is touched",
           "[session][sockets]") {
   Drifting still(0);
