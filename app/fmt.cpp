@@ -1,5 +1,5 @@
-// fmt itself. Debian has it as a shared library alone, which brings libstdc++ as one too: 2 ms of the
-// 10 that a start of the program may take.
+// fmt itself. Debian has it as a shared library alone, which brings libstdc++ as one too: 2 ms of
+// the 10 that a start of the program may take.
 #include <fmt/format-inl.h>
 
 FMT_BEGIN_NAMESPACE
