@@ -49,9 +49,23 @@ class Caught {
   int before_;
 };
 
+class Within {
+ public:
+  explicit Within(const std::filesystem::path& folder) : before_(std::filesystem::current_path()) {
+    if (!folder.empty()) std::filesystem::current_path(folder);
+  }
+  ~Within() { std::filesystem::current_path(before_); }
+  Within(const Within&) = delete;
+  Within& operator=(const Within&) = delete;
+
+ private:
+  std::filesystem::path before_;
+};
+
 }  // namespace
 
-Finished run_here(const std::vector<std::string>& words) {
+Finished run_here(const std::vector<std::string>& words, const std::filesystem::path& folder) {
+  const Within within(folder);
   Caught out(stdout), err(stderr);
   const int code = cli::run_cli(words, cli::commands());
   return {code, out.text(), err.text()};

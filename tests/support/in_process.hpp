@@ -6,7 +6,8 @@
 
 namespace trammel::tests {
 
-/// `trammel WORDS…` in this process, its stdout and stderr caught.
-Finished run_here(const std::vector<std::string>& words);
+/// `trammel WORDS…` in this process and in `folder` (where we are, if empty), its stdout and stderr
+/// caught.
+Finished run_here(const std::vector<std::string>& words, const std::filesystem::path& folder = {});
 
 }  // namespace trammel::tests

@@ -391,7 +391,7 @@ TEST_CASE("every error says what to do next", "[cli]") {
   for (const Command& command : all_commands()) {
     CAPTURE(command.name());
     const Words more = command.has("--dry-run") ? Words{"--dry-run"} : Words{};
-    const Finished failed = run_program(line(command, more), empty.path());
+    const Finished failed = run_here(line(command, more), empty.path());
     if (failed.exit_code == 0) continue;  // needs no file and no database
     ++n_failed;
     CAPTURE(failed.err);
@@ -399,7 +399,7 @@ TEST_CASE("every error says what to do next", "[cli]") {
     CHECK((hint || failed.err.find("next: ") != std::string::npos));
     Words json = more;
     json.emplace_back("--json");
-    const Finished again = run_program(line(command, json), empty.path());
+    const Finished again = run_here(line(command, json), empty.path());
     CHECK(nlohmann::json::parse(again.err).at("hint").get<std::string>().size() > 5);
   }
   CHECK(n_failed > 30);
