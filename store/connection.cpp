@@ -30,6 +30,13 @@ std::string uri_of(const std::filesystem::path& file, bool immutable) {
   return immutable ? uri + "?immutable=1" : uri;
 }
 
+/// Counting what is allocated would take one lock for all threads; nothing of ours asks. Refused,
+/// and so it stays as it is, where another part of the process has begun with SQLite.
+void leave_memory_uncounted() {
+  static const int once = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
+  static_cast<void>(once);
+}
+
 bool writable(const std::filesystem::path& folder) { return access(folder.c_str(), W_OK) == 0; }
 
 struct Advice {
@@ -62,6 +69,7 @@ constexpr std::array kAdvice = {
 
 Connection::Connection(const std::filesystem::path& file, Access access)
     : file_(file), access_(access) {
+  leave_memory_uncounted();
   std::error_code ignored;
   if (access != Access::create && !std::filesystem::exists(file, ignored)) {
     throw NotFoundError({.what = "there is no database",

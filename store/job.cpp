@@ -45,9 +45,9 @@ Id add_row(Connection& connection, const NewJob& job) {
                    "?11, ?12, ?13, ?14, ?15 FROM job WHERE key = ?2");
   insert << job.campaign_id << job.key.key << job.stage << job.algorithm_version
          << canonical_json(job.parameters_json, "parameters")
-         << canonical_json(job.model_json, "model") << canonical_json(job.result_json, "result")
-         << job.n_readings << program.tool_version << program.git_revision << program.compiler
-         << program.libraries << program.cpu_level << utc_now() << job.duration_s;
+         << canonical_json(job.model_json, "model") << job.result_json << job.n_readings
+         << program.tool_version << program.git_revision << program.compiler << program.libraries
+         << program.cpu_level << utc_now() << job.duration_s;
   return insert.run();
 }
 

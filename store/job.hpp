@@ -42,7 +42,7 @@ struct NewJob {
   int algorithm_version = 1;
   std::string parameters_json = "{}";
   std::string model_json = "{}";
-  std::string result_json = "{}";
+  std::string result_json = "{}";  // canonical (job_key.hpp): it is large, and stored as it is
   int n_readings = 0;
   std::vector<Id> sessions = {};
   std::vector<Id> exclusions = {};  // honoured

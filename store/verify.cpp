@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <regex>
 
 #include "store/reading.hpp"
 #include "store/seal.hpp"
@@ -25,10 +26,22 @@ void guarded(CheckReport& report, std::string place, Walk walk) {
   }
 }
 
+// SQLite names an index and a number; a person asks for the table's row.
+std::string with_row(Connection& connection, const std::string& finding) {
+  static const std::regex missing("row (-?[0-9]+) missing from index ([A-Za-z0-9_]+)");
+  std::smatch match;
+  if (!std::regex_match(finding, match, missing)) return "SQLite: " + finding;
+  Statement table(connection,
+                  "SELECT tbl_name FROM sqlite_schema WHERE type = 'index' AND name = ?");
+  table << match[2].str();
+  return table.step() ? table.text(0) + " " + match[1].str() + " (" + finding + ")"
+                      : "SQLite: " + finding;
+}
+
 void integrity(Connection& connection, CheckReport& report) {
   Statement rows(connection, "PRAGMA integrity_check");
   while (rows.step()) {
-    if (rows.text(0) != "ok") report.findings.push_back("SQLite: " + rows.text(0));
+    if (rows.text(0) != "ok") report.findings.push_back(with_row(connection, rows.text(0)));
   }
 }
 
@@ -40,6 +53,12 @@ void foreign_keys(Connection& connection, CheckReport& report) {
   }
 }
 
+// A row whose number may be what the damage made of it is known by the one before it.
+std::string after(std::int64_t id, std::int64_t previous, const std::string& previous_name) {
+  if (id == previous + 1) return "";
+  return previous_name.empty() ? ", the first row" : ", the row after " + previous_name;
+}
+
 // Walks the table itself: through an index SQLite would read the index's copy of seq.
 void chain(Connection& connection, CheckReport& report, std::string& place) {
   struct End {
@@ -47,6 +66,8 @@ void chain(Connection& connection, CheckReport& report, std::string& place) {
     std::int64_t seq = 0;
   };
   std::map<Id, End> ends;
+  std::int64_t previous = 0;
+  std::string previous_name;
   Statement rows(connection, std::string("SELECT ") + kReadingColumns +
                                  " FROM reading NOT INDEXED ORDER BY reading_id");
   while (rows.step()) {
@@ -54,8 +75,9 @@ void chain(Connection& connection, CheckReport& report, std::string& place) {
     End& end = ends[rows.integer(1)];
     const Sha256 expected = chained(end.head, rows);
     const Bytes stored = rows.blob(rows.columns() - 1);
-    const std::string name =
+    const std::string own_name =
         "reading " + rows.text(0) + " (campaign " + rows.text(1) + ", seq " + rows.text(2) + ")";
+    const std::string name = own_name + after(rows.integer(0), previous, previous_name);
     const bool is_blob = sqlite3_column_type(rows.handle(), rows.columns() - 1) == SQLITE_BLOB;
     if (!is_blob || !std::ranges::equal(stored, expected)) {
       report.findings.push_back(name + ": this row, or the one before it, is not what was stored");
@@ -64,7 +86,9 @@ void chain(Connection& connection, CheckReport& report, std::string& place) {
     // On with what is stored: then one changed row is named, and not all that follow.
     if (stored.size() == end.head.size()) std::ranges::copy(stored, end.head.begin());
     end.seq = rows.integer(2);
-    place = "the row after " + name;
+    place = "the row after " + own_name;
+    previous = rows.integer(0);
+    previous_name = own_name;
   }
 }
 
@@ -72,11 +96,16 @@ void seals(Connection& connection, const Sealed& sealed, CheckReport& report, st
   const std::string open = sealed.table == "attempt" ? " WHERE status <> 'open'" : "";
   Statement ids(connection, "SELECT " + sealed.id + " FROM " + sealed.table + open);
   Statement stored(connection, "SELECT sha256 FROM seal WHERE table_name = ? AND row_id = ?");
+  Id previous = 0;
+  std::string previous_name;
   while (ids.step()) {
     ++report.n_sealed;
     const Id id = ids.integer(0);
-    const std::string name = sealed.table + " " + std::to_string(id);
-    place = name + ", or the row after it";
+    const std::string own_name = sealed.table + " " + std::to_string(id);
+    const std::string name = own_name + after(id, previous, previous_name);
+    place = own_name + ", or the row after it";
+    previous = id;
+    previous_name = own_name;
     stored << sealed.table << id;
     if (!stored.step()) {
       report.findings.push_back(name + ": has no seal");

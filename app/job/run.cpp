@@ -280,7 +280,7 @@ store::NewJob computed(const Inputs& in) {
                               {"improvements", gains},
                               {"after", "predicted"},
                               {"timing", std::move(result.timing)}};
-  job.result_json = stored_result.dump();
+  job.result_json = nlohmann::json(stored_result).dump();
   job.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return job;
 }

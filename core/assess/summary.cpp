@@ -12,7 +12,7 @@ namespace trammel {
 
 namespace {
 
-std::vector<double> sorted(std::span<const double> values) {
+void require_finite(std::span<const double> values) {
   if (values.empty()) {
     throw InputError({.what = "there is nothing to summarise",
                       .got = "0 values",
@@ -26,34 +26,31 @@ std::vector<double> sorted(std::span<const double> values) {
                         .expected = "a finite number"});
     }
   }
-  std::vector<double> copy(values.begin(), values.end());
-  std::sort(copy.begin(), copy.end());
-  return copy;
-}
-
-double quantile_of_sorted(const std::vector<double>& v, double q) {
-  TRAMMEL_ASSERT(q >= 0 && q <= 1);
-  const double h = q * static_cast<double>(v.size() - 1);
-  const auto low = static_cast<std::size_t>(h);
-  if (low + 1 >= v.size()) return v.back();
-  return v[low] + (h - static_cast<double>(low)) * (v[low + 1] - v[low]);
 }
 
 }  // namespace
 
 Summary summarise(std::span<const double> values) {
-  const std::vector<double> v = sorted(values);
+  const double p95 = quantile(values, 0.95);
   double sum = 0;
   for (const double value : values) sum += value;
-  return {.n = v.size(),
-          .mean = sum / static_cast<double>(v.size()),
-          .max = v.back(),
-          .min = v.front(),
-          .p95 = quantile_of_sorted(v, 0.95)};
+  const auto [min, max] = std::ranges::minmax(values);
+  return {.n = values.size(),
+          .mean = sum / static_cast<double>(values.size()),
+          .max = max,
+          .min = min,
+          .p95 = p95};
 }
 
 double quantile(std::span<const double> values, double q) {
-  return quantile_of_sorted(sorted(values), q);
+  TRAMMEL_ASSERT(q >= 0 && q <= 1);
+  require_finite(values);
+  std::vector<double> v(values.begin(), values.end());
+  const double h = q * static_cast<double>(v.size() - 1);
+  const auto at = v.begin() + static_cast<std::ptrdiff_t>(h);
+  std::nth_element(v.begin(), at, v.end());
+  if (at + 1 == v.end()) return *at;
+  return *at + (h - std::floor(h)) * (*std::min_element(at + 1, v.end()) - *at);
 }
 
 std::optional<double> improvement_pct(const Summary& before, const Summary& after) {

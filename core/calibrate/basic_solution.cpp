@@ -85,8 +85,7 @@ void pivot(std::vector<Column>& columns, std::size_t k, Eigen::MatrixXd& R) {
 
 }  // namespace
 
-Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank,
-                               CpuLevel level) {
+PivotedQr pivoted_qr(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank, CpuLevel level) {
   TRAMMEL_ASSERT(A.rows() == b.size() && rank >= 0 && rank <= std::min(A.rows(), A.cols()));
   const Eigen::Index n = A.cols(), lanes = kLanes, filled = (A.rows() + lanes - 1) / lanes * lanes;
   const auto rows = static_cast<std::size_t>(filled);
@@ -109,10 +108,23 @@ Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& 
       reflect(columns, rows, k, R);
     }
   });
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(n);
-  const Eigen::VectorXd taken =
-      R.topLeftCorner(done, done).triangularView<Eigen::Upper>().solve(R.col(n).head(done));
-  for (Eigen::Index k = 0; k < done; ++k) z[columns[static_cast<std::size_t>(k)].of] = taken[k];
+  PivotedQr qr{.R = R.topLeftCorner(done, n),
+               .Qb = R.col(n).head(done),
+               .columns = {},
+               .left2 = columns.back().norm2};
+  for (Eigen::Index k = 0; k < n; ++k) {
+    qr.columns.push_back(columns[static_cast<std::size_t>(k)].of);
+  }
+  return qr;
+}
+
+Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank,
+                               CpuLevel level) {
+  const PivotedQr qr = pivoted_qr(A, b, rank, level);
+  const Eigen::Index n_taken = qr.R.rows();
+  const Eigen::VectorXd taken = qr.R.leftCols(n_taken).triangularView<Eigen::Upper>().solve(qr.Qb);
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(A.cols());
+  for (Eigen::Index k = 0; k < n_taken; ++k) z[qr.columns[static_cast<std::size_t>(k)]] = taken[k];
   return z;
 }
 

@@ -168,14 +168,19 @@ NullDirection describe(const Eigen::VectorXd& in_tolerances,
 
 Identifiability identifiability(const Eigen::MatrixXd& A,
                                 const std::vector<ScaledParameter>& parameters) {
+  return identifiability(A, parameters, static_cast<int>(A.rows() / 3));
+}
+
+Identifiability identifiability(const Eigen::MatrixXd& A,
+                                const std::vector<ScaledParameter>& parameters, int n_poses) {
   const Eigen::Index n = A.cols();
   TRAMMEL_ASSERT(static_cast<std::size_t>(n) == parameters.size() && n > 0);
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(compact(A), Eigen::ComputeFullV);
   Identifiability result;
-  result.n_poses = static_cast<int>(A.rows() / 3);
+  result.n_poses = n_poses;
   result.singular = Eigen::VectorXd::Zero(n);
   result.singular.head(svd.singularValues().size()) = svd.singularValues();
-  const double rounding = static_cast<double>(std::max(A.rows(), n)) *
+  const double rounding = static_cast<double>(std::max<Eigen::Index>(3 * n_poses, n)) *
                           std::numeric_limits<double>::epsilon() * result.singular[0];
   result.rank_machine = count_above(result.singular, rounding);
   result.rank = std::min(count_above(result.singular, kLeastSignal), result.rank_machine);

@@ -60,6 +60,9 @@ inline constexpr double kLeastSignal = 0.05;
 /// an independent program, sentences for known ties (identifiability_test.cpp).
 Identifiability identifiability(const Eigen::MatrixXd& A,
                                 const std::vector<ScaledParameter>& parameters);
+/// The same of a square `A` that a QR has left of the rows of `n_poses`.
+Identifiability identifiability(const Eigen::MatrixXd& A,
+                                const std::vector<ScaledParameter>& parameters, int n_poses);
 
 /// A base parameter: what readings know of one parameter that no null direction gives up.
 struct IdentifiedCombination {

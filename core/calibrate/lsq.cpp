@@ -39,16 +39,47 @@ Eigen::MatrixXd weighted_covariance(Eigen::MatrixXd A, const Identifiability& kn
 
 struct Solution {
   Eigen::VectorXd z;           // in tolerances, all columns
+  Eigen::MatrixXd directions;  // in which it may move, in tolerances, shape (n, rank)
   Eigen::MatrixXd covariance;  // mm, rad
   std::vector<bool> kept;
   std::vector<LsqRound> rounds;
 };
 
+/// min |A z - b| by the square A and b of a QR: the same solutions, singular values and
+/// directions; of the sum of squares `left2` is left out.
+struct CompactSystem {
+  Eigen::MatrixXd A;
+  Eigen::VectorXd b;
+  double left2 = 0;
+};
+
+CompactSystem compact(const LsqSystem& system) {
+  const Eigen::Index n = system.A.cols();
+  const PivotedQr qr =
+      pivoted_qr(system.A, system.b, static_cast<int>(std::min(n, system.A.rows())));
+  CompactSystem small{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), qr.left2};
+  small.A(Eigen::seqN(0, qr.R.rows()), qr.columns) = qr.R;
+  small.b.head(qr.Qb.size()) = qr.Qb;
+  return small;
+}
+
+/// Unit vectors of the columns that a basic solution takes.
+Eigen::MatrixXd unit_vectors(const Eigen::VectorXd& z) {
+  Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(z.size(), (z.array() != 0).count());
+  Eigen::Index next = 0;
+  for (Eigen::Index k = 0; k < z.size(); ++k) {
+    if (z[k] != 0) directions(k, next++) = 1;
+  }
+  return directions;
+}
+
 /// Solves with the columns that are kept; drops small sources and solves again while asked to.
-Solution solve(const LsqSystem& system, const LsqOptions& options, const Identifiability& all) {
+Solution solve(const LsqSystem& system, const CompactSystem& small, const LsqOptions& options,
+               const Identifiability& all) {
   const auto n = static_cast<std::size_t>(system.A.cols());
   Solution s{.z = {},
-             .covariance = covariance(all, system.parameters),
+             .directions = {},
+             .covariance = {},
              .kept = std::vector<bool>(n, true),
              .rounds = {}};
   for (;;) {
@@ -59,33 +90,46 @@ Solution solve(const LsqSystem& system, const LsqOptions& options, const Identif
       columns.push_back(static_cast<int>(k));
       parameters.push_back(system.parameters[k]);
     }
-    const Eigen::MatrixXd A = system.A(Eigen::all, columns);
-    const Identifiability known = s.rounds.empty() ? all : identifiability(A, parameters);
-    const Eigen::VectorXd part = options.basic_solution ? basic_solution(A, system.b, known.rank)
-                                                        : least_change(A, system.b, known);
+    const Eigen::MatrixXd A = small.A(Eigen::all, columns);
+    const Identifiability known =
+        s.rounds.empty() ? all : identifiability(A, parameters, all.n_poses);
+    const Eigen::VectorXd part = options.basic_solution ? basic_solution(A, small.b, known.rank)
+                                                        : least_change(A, small.b, known);
     s.z = Eigen::VectorXd::Zero(system.A.cols());
     s.z(columns) = part;
+    s.directions.setZero(system.A.cols(), known.rank);
+    s.directions(columns, Eigen::all) =
+        options.basic_solution ? unit_vectors(part) : known.directions.leftCols(known.rank);
     s.rounds.push_back({.columns = static_cast<int>(columns.size()),
                         .rank = known.rank,
-                        .weighted_rss = (system.b - A * part).squaredNorm(),
+                        .weighted_rss = small.left2 + (small.b - A * part).squaredNorm(),
                         .dropped = {}});
-    s.covariance.setZero();
-    s.covariance(columns, columns) =
-        weighted_covariance(A, known, parameters, options.attitude_weight);
-    std::vector<std::size_t> small;
+    s.covariance.setZero(system.A.cols(), system.A.cols());
+    s.covariance(columns, columns) = weighted_covariance(system.A(Eigen::all, columns), known,
+                                                         parameters, options.attitude_weight);
+    std::vector<std::size_t> dropped;
     for (const int k : columns) {
-      if (std::abs(s.z[k]) < options.drop_below) small.push_back(static_cast<std::size_t>(k));
+      if (std::abs(s.z[k]) < options.drop_below) dropped.push_back(static_cast<std::size_t>(k));
     }
-    if (small.empty() || small.size() == columns.size()) return s;
-    for (const std::size_t k : small) {
+    if (dropped.empty() || dropped.size() == columns.size()) return s;
+    for (const std::size_t k : dropped) {
       s.kept[k] = false;
       s.rounds.back().dropped.push_back(system.parameters[k].name);
     }
   }
 }
 
-void fill_robot(const Mechanism& mechanism, const LsqSystem& system, const Eigen::VectorXd& values,
+/// From tolerances to mm and rad.
+Eigen::VectorXd in_units(Eigen::VectorXd z, const std::vector<ScaledParameter>& parameters) {
+  for (Eigen::Index k = 0; k < z.size(); ++k) {
+    z[k] *= parameters[static_cast<std::size_t>(k)].tolerance;
+  }
+  return z;
+}
+
+void fill_robot(const Mechanism& mechanism, const LsqSystem& system, const Eigen::VectorXd& z,
                 LsqResult& result) {
+  const Eigen::VectorXd values = in_units(z, system.parameters);
   GeometryVector geometry = to_vector(mechanism.geometry);
   for (std::size_t k = 0; k < system.parameters.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
@@ -128,34 +172,6 @@ void tell(const std::vector<ScaledParameter>& parameters, LsqResult& result) {
                           strong_correlations(result.base, result.covariance));
 }
 
-/// Columns that later steps move: not those that were dropped, nor those a basic solution leaves.
-std::vector<int> free_columns(const LsqResult& result, const LsqOptions& options) {
-  std::vector<int> columns;
-  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
-    const LsqParameter& p = result.parameters[k];
-    const bool left_out = p.dropped || (options.basic_solution && p.value == 0);
-    if (!left_out) columns.push_back(static_cast<int>(k));
-  }
-  return columns;
-}
-
-/// The step of the free columns from where `system` is linearised, in tolerances.
-Eigen::VectorXd next_step(const LsqSystem& system, const std::vector<int>& columns, int rank,
-                          const LsqOptions& options) {
-  std::vector<ScaledParameter> parameters;
-  for (const int k : columns) parameters.push_back(system.parameters[static_cast<std::size_t>(k)]);
-  const Eigen::MatrixXd A = system.A(Eigen::all, columns);
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(system.A.cols());
-  if (options.basic_solution) {
-    z(columns) = basic_solution(A, system.b, std::min(rank, static_cast<int>(A.cols())));
-  } else {
-    Identifiability known = identifiability(A, parameters);
-    known.rank = std::min(known.rank, rank);  // what nominal could not tell stays as it is
-    z(columns) = least_change(A, system.b, known);
-  }
-  return z;
-}
-
 void require_equations(Eigen::Index rows, int rank) {
   if (rows >= 3 && rows >= rank && rank > 0) return;
   throw InputError({.what = "there are not enough readings to identify anything",
@@ -174,19 +190,37 @@ Eigen::VectorXd LsqResult::values() const {
   return all;
 }
 
-LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> readings,
-                          const TrackerSigma& sigma, const LsqOptions& options) {
+LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading> readings,
+                            const TrackerSigma& sigma, const LsqOptions& options, int steps) {
   require_equations(static_cast<Eigen::Index>(3 * readings.size()), 1);
-  const LsqSystem system = lsq_system(mechanism, readings, sigma, options);
+  LsqSystem system = lsq_system(mechanism, readings, sigma, options);
+  const CompactSystem small = compact(system);
   LsqResult result;
-  result.identifiability = identifiability(system.A, system.parameters);
+  result.identifiability =
+      identifiability(small.A, system.parameters, static_cast<int>(readings.size()));
   require_equations(system.A.rows(), result.identifiability.rank);
-  const Solution solution = solve(system, options, result.identifiability);
+  const Solution solution = solve(system, small, options, result.identifiability);
+  result.covariance = solution.covariance;
+  result.rounds = solution.rounds;
+  result.n_equations = static_cast<int>(system.A.rows());
+  result.rank = solution.rounds.back().rank;
 
-  Eigen::VectorXd values = solution.z;
+  const Eigen::MatrixXd& D = solution.directions;
+  Eigen::VectorXd z = solution.z, total = z;
+  for (;;) {
+    fill_robot(mechanism, system, total, result);
+    fill_residuals(system, z, options.attitude_weight, result);
+    if (result.steps >= steps || z.cwiseAbs().maxCoeff() < kStill) break;
+    Mechanism at = mechanism;
+    at.geometry = result.geometry;
+    system = lsq_system(at, readings, sigma, options, result.epochs);
+    z = D * basic_solution(system.A * D, system.b, static_cast<int>(D.cols()));
+    total += z;
+    ++result.steps;
+  }
+  const Eigen::VectorXd values = in_units(total, system.parameters);
   for (std::size_t k = 0; k < system.parameters.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
-    values[column] *= system.parameters[k].tolerance;
     result.parameters.push_back(
         {.parameter = system.parameters[k],
          .epoch = system.epochs[k],
@@ -195,41 +229,13 @@ LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> r
          .dropped = !solution.kept[k],
          .standard_uncertainty = std::sqrt(solution.covariance(column, column))});
   }
-  fill_robot(mechanism, system, values, result);
-  result.covariance = solution.covariance;
-  result.rounds = solution.rounds;
-  result.n_equations = static_cast<int>(system.A.rows());
-  result.rank = solution.rounds.back().rank;
-  fill_residuals(system, solution.z, options.attitude_weight, result);
   tell(system.parameters, result);
   return result;
 }
 
-LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading> readings,
-                            const TrackerSigma& sigma, const LsqOptions& options, int steps) {
-  LsqResult result = identify_linear(mechanism, readings, sigma, options);
-  const std::vector<int> columns = free_columns(result, options);
-  Eigen::VectorXd values = result.values();
-  std::vector<ScaledParameter> scaled;
-  for (const LsqParameter& p : result.parameters) scaled.push_back(p.parameter);
-  Mechanism at = mechanism;
-  for (bool still = columns.empty(); !still && result.steps < steps;) {
-    at.geometry = result.geometry;
-    const LsqSystem system = lsq_system(at, readings, sigma, options, result.epochs);
-    const Eigen::VectorXd z = next_step(system, columns, result.rank, options);
-    for (Eigen::Index k = 0; k < z.size(); ++k) {
-      values[k] += z[k] * system.parameters[static_cast<std::size_t>(k)].tolerance;
-    }
-    fill_robot(mechanism, system, values, result);
-    fill_residuals(system, z, options.attitude_weight, result);
-    ++result.steps;
-    still = z.cwiseAbs().maxCoeff() < kStill;
-  }
-  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
-    result.parameters[k].value = values[static_cast<Eigen::Index>(k)];
-  }
-  tell(scaled, result);
-  return result;
+LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> readings,
+                          const TrackerSigma& sigma, const LsqOptions& options) {
+  return identify_repeated(mechanism, readings, sigma, options, 1);
 }
 
 }  // namespace trammel

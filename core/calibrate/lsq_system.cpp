@@ -62,17 +62,19 @@ void name_columns(LsqSystem& system, const std::vector<int>& later, int geometry
   }
 }
 
-ForwardResult modelled_pose(const Mechanism& mechanism, const Reading& reading,
+/// Where the model puts the platform, looked for from the target, which is near.
+ForwardResult modelled_pose(const RailFrames& rails, const Pose& home, const Reading& reading,
                             const EpochOffset& offset) {
-  const ForwardResult at =
-      forward(mechanism.geometry, reading.conditions.cmd_mm + offset.l_zero_mm, mechanism.home);
-  const std::string point = "seq " + std::to_string(reading.seq);
+  const Displacements l_mm = reading.conditions.cmd_mm + offset.l_zero_mm;
+  ForwardResult at = forward(rails, l_mm, reading.target);
+  if (!at.ok()) at = forward(rails, l_mm, home);
+  const auto point = [&] { return "seq " + std::to_string(reading.seq); };
   if (!at.ok()) {
     throw InputError({.what = "the commanded displacements are out of the modelled robot's reach",
-                      .where = {.point = point}});
+                      .where = {.point = point()}});
   }
   if (!reading.measured) {
-    throw InputError({.what = "this reading has no measured pose", .where = {.point = point}});
+    throw InputError({.what = "this reading has no measured pose", .where = {.point = point()}});
   }
   return at;
 }
@@ -100,10 +102,11 @@ LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readin
   system.b.resize(rows);
   const Eigen::Vector3d weight(1 / sigma.xy_mm, 1 / sigma.xy_mm,
                                options.attitude_weight / sigma.phi_rad);
+  const RailFrames rails = rail_frames(mechanism.geometry);
   for (std::size_t j = 0; j < readings.size(); ++j) {
     const auto known = offsets.find(readings[j].conditions.epoch);
     const EpochOffset offset = known == offsets.end() ? EpochOffset{} : known->second;
-    const ForwardResult at = modelled_pose(mechanism, readings[j], offset);
+    const ForwardResult at = modelled_pose(rails, mechanism.home, readings[j], offset);
     const ErrorJacobian J_e = error_jacobian(mechanism.geometry, at.pose, at.at);
     const auto row = static_cast<Eigen::Index>(3 * j);
     system.b.segment<3>(row) =

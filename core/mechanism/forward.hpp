@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/mechanism/displacements.hpp"
 #include "core/mechanism/geometry.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/mechanism/pose.hpp"
@@ -28,6 +29,8 @@ struct [[nodiscard]] ForwardResult {
 /// reach. Source: Zhang et al. 2024, Sec. 2.3. Accuracy: forward(inverse(X)) = X to 1e-9
 /// (forward_test.cpp).
 ForwardResult forward(const Geometry& geometry, const Displacements& l_mm, const Pose& start = {});
+/// The same bits, for many poses of one robot.
+ForwardResult forward(const RailFrames& rails, const Displacements& l_mm, const Pose& start = {});
 
 std::vector<ForwardResult> forward(const Geometry& geometry, std::span<const Displacements> l_mm,
                                    const Pose& start = {});

@@ -2,29 +2,13 @@
 
 #include <cmath>
 
-#include "core/mechanism/rail_directions.hpp"
-
 namespace trammel {
 
-RailDirections rail_directions(const Geometry& geometry) {
-  RailDirections rails{};
-  for (std::size_t i = 0; i < kChains; ++i) {
-    rails.cosine[i] = std::cos(geometry.chains[i].alpha_rad);
-    rails.sine[i] = std::sin(geometry.chains[i].alpha_rad);
-  }
-  return rails;
-}
-
 InverseResult inverse(const Geometry& geometry, const Pose& pose) {
-  return inverse(geometry, rail_directions(geometry), pose);
-}
-
-InverseResult inverse(const Geometry& geometry, const RailDirections& rails, const Pose& pose) {
   InverseResult result;
   for (int i = 0; i < kChains; ++i) {
     const Chain& c = geometry.chains[static_cast<std::size_t>(i)];
-    const double ca = rails.cosine[static_cast<std::size_t>(i)];
-    const double sa = rails.sine[static_cast<std::size_t>(i)];
+    const double ca = std::cos(c.alpha_rad), sa = std::sin(c.alpha_rad);
     const double gamma = c.beta_rad + pose.phi_rad;
     const double Qx = pose.x_mm + c.r_mm * std::cos(gamma) + c.R_mm * ca + c.h_mm * sa;
     const double Qy = pose.y_mm + c.r_mm * std::sin(gamma) + c.R_mm * sa - c.h_mm * ca;
@@ -47,8 +31,7 @@ InverseResult inverse(const Geometry& geometry, const RailDirections& rails, con
 std::vector<InverseResult> inverse(const Geometry& geometry, std::span<const Pose> poses) {
   std::vector<InverseResult> results;
   results.reserve(poses.size());
-  const RailDirections rails = rail_directions(geometry);
-  for (const Pose& pose : poses) results.push_back(inverse(geometry, rails, pose));
+  for (const Pose& pose : poses) results.push_back(inverse(geometry, pose));
   return results;
 }
 

@@ -2,6 +2,7 @@
 
 Each peer takes the inputs that trammel_bench reads too and returns its values, so that both can be compared.
 """
+import hashlib
 import json
 import sqlite3
 
@@ -185,34 +186,54 @@ def inverse_one(pose):
 
 
 def lsq(mechanism, tracker, cmd, measured, tolerance, steps=10, least_signal=0.05):
-    """The paper's 18 parameters by repeated linear least squares of least change: chains [3, 7]."""
+    """The paper's 18 parameters by repeated linear least squares of least change: chains [3, 7], and the standard
+    uncertainties in tolerances."""
     chains, columns = mechanism.copy(), [7 * i + k for i in range(3) for k in range(6)]
+    directions = None  # that the readings tell at the start: later steps stay in them
     for _ in range(steps):
         X = forward(chains, cmd, measured)
         b = measured - X
         b[:, 2] = wrap(b[:, 2])
         A = (pose_jacobian(chains, cmd, X)[:, :, columns] * tolerance / tracker[:, None]).reshape(-1, 18)
-        U, s, Vt = np.linalg.svd(A, full_matrices=False)
-        rank = (s > least_signal).sum()
-        z = Vt[:rank].T @ ((U[:, :rank].T @ (b / tracker).ravel()) / s[:rank])
+        if directions is None:
+            _, s, Vt = np.linalg.svd(A, full_matrices=False)
+            rank = (s > least_signal).sum()
+            directions = Vt[:rank].T
+            uncertainty = np.sqrt(((directions / s[:rank]) ** 2).sum(1))
+        z = directions @ np.linalg.lstsq(A @ directions, (b / tracker).ravel(), rcond=None)[0]
         chains[:, :6] += (z * tolerance).reshape(3, 6)
         if np.abs(z).max() < 1e-6:
             break
-    return chains
+    return chains, uncertainty
 
 
 def rows_of(db, sql, *values):
     return np.array(db.execute(sql, values).fetchall())
 
 
-def recalibrate(file, n_campaigns):
-    """Loads, identifies and stores campaign by campaign; a commit every 64."""
+def interval(before, after, picks):
+    """95 % of the gain of the mean, paired bootstrap: the resamples are those of every campaign."""
+    return np.percentile(100 * (1 - after[picks].sum(1) / before[picks].sum(1)), [2.5, 97.5])
+
+
+def figures(error):
+    """What a job keeps of the errors [n, 3]: mean, max, min and 95th percentile of position and of attitude."""
+    values = np.vstack([np.hypot(error[:, 0], error[:, 1]), np.abs(np.degrees(error[:, 2]))])
+    return np.vstack([values.mean(1), values.max(1), values.min(1), np.percentile(values, 95, axis=1)]).ravel().tolist()
+
+
+def recalibrate(file, n_campaigns, whole=True):
+    """Loads, identifies and stores campaign by campaign; a commit every 64. `whole`: what a job of ours holds of
+    uncertainty, figures and interval too, and a key of what went in."""
     db = sqlite3.connect(file, isolation_level=None)
     db.executescript("""PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;
-        CREATE TABLE loop_job (campaign_id INTEGER PRIMARY KEY, chains TEXT, mean_before REAL, mean_after REAL);
+        CREATE TABLE loop_job (campaign_id INTEGER PRIMARY KEY, chains TEXT, mean_before REAL, mean_after REAL,
+                               result TEXT, key TEXT);
         CREATE TABLE loop_point (campaign_id INTEGER, seq INTEGER, bx REAL, by REAL, bphi REAL, ax REAL, ay REAL,
                                  aphi REAL, PRIMARY KEY (campaign_id, seq))""")
     tolerance = np.radians([0.05, 0.05, 0, 0, 0, 0]) + [0, 0, 0.1, 0.1, 0.1, 0.1]
+    picks = np.random.default_rng(1).integers(0, 80, (2000, 80))
+    length = lambda error: np.hypot(error[:, 0], error[:, 1])
     db.execute("BEGIN")
     for k, (campaign, sigma_xy, sigma_phi) in enumerate(db.execute(
             "SELECT campaign_id, tracker_sigma_xy_mm, tracker_sigma_phi_rad FROM campaign ORDER BY campaign_id "
@@ -223,11 +244,18 @@ def recalibrate(file, n_campaigns):
                        "x_mm, y_mm, phi_rad FROM reading WHERE campaign_id = ? AND reading_set = 'identify' "
                        "ORDER BY seq", campaign)
         target, cmd, measured = data[:, 1:4], data[:, 4:7], data[:, 7:]
-        chains = lsq(mechanism, np.array([sigma_xy, sigma_xy, sigma_phi]), cmd, measured, np.tile(tolerance, 3))
+        chains, uncertainty = lsq(mechanism, np.array([sigma_xy, sigma_xy, sigma_phi]), cmd, measured,
+                                  np.tile(tolerance, 3))
         before, after = measured - target, measured - forward(chains, cmd, measured)
-        length = lambda error: np.hypot(error[:, 0], error[:, 1]).mean()
-        db.execute("INSERT INTO loop_job VALUES (?, ?, ?, ?)",
-                   (campaign, json.dumps(chains.tolist()), length(before), length(after)))
+        result = key = None
+        if whole:
+            key = hashlib.sha256(mechanism.tobytes() + data.tobytes()).hexdigest()
+            nominal = forward(mechanism, cmd, target)
+            result = json.dumps({"uncertainty": uncertainty.tolist(), "before": figures(before), "after": figures(after),
+                                 "simulated": length(measured - after - nominal).mean(),
+                                 "interval": interval(length(before), length(after), picks).tolist()})
+        db.execute("INSERT INTO loop_job VALUES (?, ?, ?, ?, ?, ?)",
+                   (campaign, json.dumps(chains.tolist()), length(before).mean(), length(after).mean(), result, key))
         points = np.hstack([data[:, :1], before, after]).tolist()
         db.executemany("INSERT INTO loop_point VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                        [(campaign, int(p[0]), *p[1:]) for p in points])
