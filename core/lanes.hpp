@@ -63,8 +63,8 @@ std::array<Real<n>, 3> columns_of(const void* triples) {
                                            std::integer_sequence<int, j...>) {
     // of the first two thirds what is there, then of the last one
     const Real<n> most =
-        __builtin_shuffle(in[0], in[1], Whole<n>{(3 * j + c < 2 * n ? 3 * j + c : 0)...});
-    return __builtin_shuffle(most, in[2], Whole<n>{(3 * j + c < 2 * n ? j : 3 * j + c - n)...});
+        __builtin_shufflevector(in[0], in[1], (3 * j + c < 2 * n ? 3 * j + c : 0)...);
+    return __builtin_shufflevector(most, in[2], (3 * j + c < 2 * n ? j : 3 * j + c - n)...);
   };
   constexpr auto kEach = std::make_integer_sequence<int, n>{};
   columns[0] = column(std::integral_constant<int, 0>{}, kEach);
@@ -77,11 +77,10 @@ void store_columns(const std::array<Real<n>, 3>& columns, void* triples) {
   std::array<Real<n>, 3> out;
   const auto third = [&]<int t, int... j>(std::integral_constant<int, t>,
                                           std::integer_sequence<int, j...>) {
-    const Real<n> two = __builtin_shuffle(
-        columns[0], columns[1],
-        Whole<n>{((n * t + j) % 3 == 1 ? n + (n * t + j) / 3 : (n * t + j) / 3)...});
-    return __builtin_shuffle(two, columns[2],
-                             Whole<n>{((n * t + j) % 3 == 2 ? n + (n * t + j) / 3 : j)...});
+    const Real<n> two = __builtin_shufflevector(
+        columns[0], columns[1], ((n * t + j) % 3 == 1 ? n + (n * t + j) / 3 : (n * t + j) / 3)...);
+    return __builtin_shufflevector(two, columns[2],
+                                   ((n * t + j) % 3 == 2 ? n + (n * t + j) / 3 : j)...);
   };
   constexpr auto kEach = std::make_integer_sequence<int, n>{};
   out[0] = third(std::integral_constant<int, 0>{}, kEach);

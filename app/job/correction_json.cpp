@@ -12,6 +12,8 @@ template <class... Fs>
 struct Overloaded : Fs... {
   using Fs::operator()...;
 };
+template <class... Fs>
+Overloaded(Fs...) -> Overloaded<Fs...>;
 
 std::vector<double> list(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return {values.begin(), values.end()};

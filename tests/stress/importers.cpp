@@ -1,9 +1,12 @@
 #include <fstream>
 
 #include "app/device/robot_json.hpp"
+#include "app/device/stage_json.hpp"
+#include "app/device/tracker_json.hpp"
 #include "app/exchange/campaign_file.hpp"
 #include "app/exchange/commands_csv.hpp"
 #include "app/exchange/mechanism_json.hpp"
+#include "app/exchange/points_campaign.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/job/text.hpp"
@@ -37,6 +40,15 @@ void copy_into(const fs::path& folder, const char* name) {
 std::string commands_of(const std::string& readings) {
   // The same columns: a readings.csv is a file of commands, too.
   return readings.substr(0, readings.size() / 4);
+}
+
+const fs::path kTrackerFiles = kSource / "examples/tracker-files";
+
+/// As `campaign import --points` does it, with the layout in `layout`.
+void take_points(const fs::path& points, const fs::path& layout) {
+  const Layout known = read_layout(layout);
+  static_cast<void>(campaign_of_points(read_points(points, known.points), known, paper_mechanism(),
+                                       session::read_plan(kTrackerFiles / "plan.json")));
 }
 
 std::string plan_text() {
@@ -140,6 +152,30 @@ std::vector<Importer> importers(const fs::path& folder) {
   all.push_back({"mechanism", "mechanism.json", {robot, head}, {}, [](const fs::path& file) {
                    static_cast<void>(read_mechanism_file(file));
                  }});
+  for (const std::string program : {"leica", "spatialanalyzer"}) {
+    const std::string points = program == "leica" ? "leica.csv" : "spatialanalyzer.txt";
+    const fs::path layout = kTrackerFiles / (program + ".layout.json");
+    all.push_back({program + " points",
+                   points,
+                   {read_text(kTrackerFiles / points)},
+                   {},
+                   [layout](const fs::path& file) { take_points(file, layout); }});
+    all.push_back({program + " layout",
+                   "layout.json",
+                   {read_text(layout)},
+                   {},
+                   [points](const fs::path& file) { take_points(kTrackerFiles / points, file); }});
+  }
+  all.push_back({"stage",
+                 "stage.json",
+                 {read_text(kSource / "examples/emulated/stage.json")},
+                 {},
+                 [](const fs::path& file) { static_cast<void>(device::read_stage(file)); }});
+  all.push_back({"tracker",
+                 "tracker.json",
+                 {read_text(kSource / "examples/emulated/tracker.json")},
+                 {},
+                 [](const fs::path& file) { static_cast<void>(device::read_tracker(file)); }});
   all.push_back({"database", "lab.db", {database_bytes(folder)}, {}, take_database});
   return all;
 }

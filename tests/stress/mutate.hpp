@@ -18,8 +18,9 @@ struct Importer {
   std::function<void(const std::filesystem::path&)> take = {};
 };
 
-/// campaign.json, readings.csv, commands.csv, plan, robot, protocol, mechanism, database. `folder`
-/// is used to make the seed database.
+/// Every kind of file that the program reads: campaigns, readings, commands, plans, robots,
+/// protocols, mechanisms, points of trackers and their layouts, stages, trackers, databases.
+/// `folder` is used to make the seed database.
 std::vector<Importer> importers(const std::filesystem::path& folder);
 
 /// The control: it crashes at every file with a '3' and does not end at one with a '7'.
