@@ -195,6 +195,12 @@ std::optional<CampaignRow> find_campaign(Connection& connection, std::string_vie
   return rows.step() ? std::optional(row_at(rows)) : std::nullopt;
 }
 
+std::optional<CampaignRow> find_campaign(Connection& connection, Id campaign_id) {
+  Statement rows(connection, std::string(kCampaignRows) + "WHERE campaign_id = ?1");
+  rows << campaign_id;
+  return rows.step() ? std::optional(row_at(rows)) : std::nullopt;
+}
+
 CampaignRow require_campaign(Connection& connection, std::string_view name) {
   if (auto row = find_campaign(connection, name)) return *std::move(row);
   std::string names;

@@ -28,6 +28,7 @@ std::vector<CampaignRow> list_campaigns(Connection& connection);
 
 /// By name or uuid.
 std::optional<CampaignRow> find_campaign(Connection& connection, std::string_view name);
+std::optional<CampaignRow> find_campaign(Connection& connection, Id campaign_id);
 /// @throws NotFoundError naming the campaigns there are
 CampaignRow require_campaign(Connection& connection, std::string_view name);
 

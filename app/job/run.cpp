@@ -318,9 +318,7 @@ store::NewJob inputs_of(store::Connection& connection, const Request& request) {
 }
 
 store::CampaignRow campaign_of(store::Connection& connection, const store::NewJob& job) {
-  for (store::CampaignRow& row : store::list_campaigns(connection)) {
-    if (row.id == job.campaign_id) return std::move(row);
-  }
+  if (auto row = store::find_campaign(connection, job.campaign_id)) return *std::move(row);
   throw StoreError({.what = "the job's campaign is not there",
                     .where = {.file = connection.file().string()},
                     .hint = "see `trammel db verify`"});
