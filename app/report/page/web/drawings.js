@@ -84,7 +84,7 @@ export function nextPoints(data, width) {
 
 export function circles(data, width) {
   const n = data.circles.length;
-  const { boxes, height } = panels(width, n, { least: n === 1 ? 600 : 400, top: 54 });
+  const { boxes, height } = panels(width, n, { least: n === 1 ? 600 : Math.max(330, width / 2.5), top: 54 });
   const closed = (points, dx, dy) => {
     const at = points.map((p) => [p[0] + data.magnification * (dx === null ? 0 : p[dx]), p[1] + data.magnification * (dy === null ? 0 : p[dy])]);
     return [...at, at[0]];
