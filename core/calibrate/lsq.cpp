@@ -39,7 +39,7 @@ Eigen::MatrixXd weighted_covariance(Eigen::MatrixXd A, const Identifiability& kn
 
 struct Solution {
   Eigen::VectorXd z;           // in tolerances, all columns
-  Eigen::MatrixXd directions;  // in which it may move, in tolerances, shape (n, rank)
+  Eigen::MatrixXd directions;  // in which it may move, in tolerances, as columns
   Eigen::MatrixXd covariance;  // mm, rad
   std::vector<bool> kept;
   std::vector<LsqRound> rounds;
@@ -97,9 +97,11 @@ Solution solve(const LsqSystem& system, const CompactSystem& small, const LsqOpt
                                                         : least_change(A, small.b, known);
     s.z = Eigen::VectorXd::Zero(system.A.cols());
     s.z(columns) = part;
-    s.directions.setZero(system.A.cols(), known.rank);
-    s.directions(columns, Eigen::all) =
-        options.basic_solution ? unit_vectors(part) : known.directions.leftCols(known.rank);
+    const Eigen::MatrixXd moving = options.basic_solution
+                                       ? unit_vectors(part)  // fewer where a value is exactly zero
+                                       : Eigen::MatrixXd(known.directions.leftCols(known.rank));
+    s.directions.setZero(system.A.cols(), moving.cols());
+    s.directions(columns, Eigen::all) = moving;
     s.rounds.push_back({.columns = static_cast<int>(columns.size()),
                         .rank = known.rank,
                         .weighted_rss = small.left2 + (small.b - A * part).squaredNorm(),

@@ -137,6 +137,21 @@ TEST_CASE("the basic solution fits as well with as many zeros as rank is missing
   CHECK(zeros == 18 - 12);
 }
 
+TEST_CASE("a robot without any error is found as it is, whatever the solution", "[calibrate]") {
+  Random random(8);
+  const Geometry& nominal = paper_mechanism().geometry;
+  auto readings = measure(nominal, eighty_points(), random);
+  for (Reading& r : readings) {
+    r.measured = forward(nominal, r.conditions.cmd_mm, r.target).pose;  // to the last bit
+  }
+  for (const bool basic : {false, true}) {
+    const LsqResult result =
+        identify_repeated(paper_mechanism(), readings, kSigma, {.basic_solution = basic}, 10);
+    CHECK(result.values().isZero(0));
+    CHECK(result.rank == 12);
+  }
+}
+
 TEST_CASE("repeated identification drops the small sources, fits again and says which",
           "[calibrate]") {
   Random random(35);
