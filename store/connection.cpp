@@ -30,10 +30,14 @@ std::string uri_of(const std::filesystem::path& file, bool immutable) {
   return immutable ? uri + "?immutable=1" : uri;
 }
 
-/// Counting what is allocated would take one lock for all threads; nothing of ours asks. Refused,
-/// and so it stays as it is, where another part of the process has begun with SQLite.
-void leave_memory_uncounted() {
-  static const int once = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
+/// Once for the process, before it begins with SQLite; refused, and so left, where another part has.
+/// Memory is not counted: it would take one lock for all threads, and nothing of ours asks.
+/// What a statement or a savepoint may have to undo is kept in memory, a job's pages at most: in its
+/// temporary file every page of every row of a job was written once more.
+void configure_sqlite() {
+  constexpr int kNeverSpill = -1;
+  static const int once = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0) |
+                          sqlite3_config(SQLITE_CONFIG_STMTJRNL_SPILL, kNeverSpill);
   static_cast<void>(once);
 }
 
@@ -69,7 +73,7 @@ constexpr std::array kAdvice = {
 
 Connection::Connection(const std::filesystem::path& file, Access access)
     : file_(file), access_(access) {
-  leave_memory_uncounted();
+  configure_sqlite();
   std::error_code ignored;
   if (access != Access::create && !std::filesystem::exists(file, ignored)) {
     throw NotFoundError({.what = "there is no database",
