@@ -30,10 +30,10 @@ std::string uri_of(const std::filesystem::path& file, bool immutable) {
   return immutable ? uri + "?immutable=1" : uri;
 }
 
-/// Once for the process, before it begins with SQLite; refused, and so left, where another part has.
-/// Memory is not counted: it would take one lock for all threads, and nothing of ours asks.
-/// What a statement or a savepoint may have to undo is kept in memory, a job's pages at most: in its
-/// temporary file every page of every row of a job was written once more.
+/// Once for the process, before it begins with SQLite; refused, and so left, where another part
+/// has. Memory is not counted: it would take one lock for all threads, and nothing of ours asks.
+/// What a statement or a savepoint may have to undo is kept in memory, a job's pages at most: in
+/// its temporary file every page of every row of a job was written once more.
 void configure_sqlite() {
   constexpr int kNeverSpill = -1;
   static const int once = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0) |

@@ -1,6 +1,7 @@
 #include "store/job.hpp"
 
 #include "store/clock.hpp"
+#include "store/insert_rows.hpp"
 #include "store/seal.hpp"
 #include "store/stored_json.hpp"
 #include "store/transaction.hpp"
@@ -9,30 +10,40 @@ namespace trammel::store {
 
 namespace {
 
-void add_links(Connection& connection, Id job_id, const char* table, const std::vector<Id>& ids) {
-  for (const Id id : ids) {
-    Statement insert(connection, std::string("INSERT INTO ") + table + " VALUES (?,?)");
-    insert << job_id << id;
-    insert.run();
-  }
+void add_links(Connection& connection, Id job_id, const std::string& table,
+               const std::vector<Id>& ids) {
+  insert_rows(connection, table, 2, ids, [&](Statement& row, Id id) { row << job_id << id; });
 }
 
-void add_summary(Connection& connection, Id job_id, const Statistic& s, const char* phase,
-                 const std::optional<Summary>& summary) {
-  if (!summary) return;
-  Statement insert(connection, "INSERT INTO job_statistic VALUES (?,?,?,?,?,?,?,?,?,?)");
-  insert << job_id << s.set << s.metric << s.in_sample << phase << summary->mean << summary->max
-         << summary->min << summary->p95 << summary->n;
-  insert.run();
+void add_key_parts(Connection& connection, Id job_id, const JobKey& key) {
+  const std::vector<std::pair<std::string, std::string>> parts(key.parts.begin(), key.parts.end());
+  insert_rows(connection, "job_key_part", 3, parts, [&](Statement& row, const auto& part) {
+    row << job_id << part.first << part.second;
+  });
+}
+
+void add_statistics(Connection& connection, Id job_id, const std::vector<Statistic>& statistics) {
+  struct Line {
+    const Statistic& of;
+    const char* phase;
+    const Summary& summary;
+  };
+  std::vector<Line> rows;
+  for (const Statistic& s : statistics) {
+    if (s.before) rows.push_back({s, "before", *s.before});
+    if (s.after) rows.push_back({s, "after", *s.after});
+  }
+  insert_rows(connection, "job_statistic", 10, rows, [&](Statement& row, const Line& r) {
+    row << job_id << r.of.set << r.of.metric << r.of.in_sample << r.phase << r.summary.mean
+        << r.summary.max << r.summary.min << r.summary.p95 << r.summary.n;
+  });
 }
 
 void add_points(Connection& connection, Id job_id, const std::vector<JobPoint>& points) {
-  Statement insert(connection, "INSERT INTO job_point VALUES (?,?,?,?,?,?,?,?,?)");
-  for (const JobPoint& p : points) {
-    insert << job_id << p.seq << p.in_sample << p.before.x_mm << p.before.y_mm << p.before.phi_rad
-           << p.after.x_mm << p.after.y_mm << p.after.phi_rad;
-    insert.run();
-  }
+  insert_rows(connection, "job_point", 9, points, [&](Statement& row, const JobPoint& p) {
+    row << job_id << p.seq << p.in_sample << p.before.x_mm << p.before.y_mm << p.before.phi_rad
+        << p.after.x_mm << p.after.y_mm << p.after.phi_rad;
+  });
 }
 
 Id add_row(Connection& connection, const NewJob& job) {
@@ -100,15 +111,8 @@ Id add_job(Connection& connection, const NewJob& job) {
   add_links(connection, id, "job_session", job.sessions);
   add_links(connection, id, "job_exclusion", job.exclusions);
   add_links(connection, id, "job_parent", job.parents);
-  for (const auto& [part, sha256] : job.key.parts) {
-    Statement insert(connection, "INSERT INTO job_key_part VALUES (?,?,?)");
-    insert << id << part << sha256;
-    insert.run();
-  }
-  for (const Statistic& s : job.statistics) {
-    add_summary(connection, id, s, "before", s.before);
-    add_summary(connection, id, s, "after", s.after);
-  }
+  add_key_parts(connection, id, job.key);
+  add_statistics(connection, id, job.statistics);
   add_points(connection, id, job.points);
   seal(connection, "job", id);
   transaction.commit();

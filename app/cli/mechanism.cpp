@@ -137,6 +137,7 @@ ExitCode run_ik(const MechanismOptions& options, Context& context) {
   std::string text =
       "      x mm       y mm    phi deg       l1 mm       l2 mm       l3 mm  margin\n";
   bool all_ok = true;
+  const RailFrames frames = rail_frames(mechanism.geometry);
   for (const Pose& pose : poses_of(options)) {
     const Reach at = reach(mechanism, pose);
     all_ok = all_ok && at.ok();
@@ -155,7 +156,7 @@ ExitCode run_ik(const MechanismOptions& options, Context& context) {
       if (options.jacobians) {
         const VelocityEquation equation = velocity_equation(mechanism.geometry, pose, at.at);
         row["J_V_mm_rad"] = matrix_json(velocity_jacobian(equation));
-        row["J_e_mm_rad"] = matrix_json(error_jacobian(mechanism.geometry, pose, at.at));
+        row["J_e_mm_rad"] = matrix_json(error_jacobian(frames, chains_at(frames, pose.vector())));
       }
     }
     if (!at.ok()) {

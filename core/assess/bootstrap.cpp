@@ -7,6 +7,7 @@
 
 #include "core/assess/summary.hpp"
 #include "core/error.hpp"
+#include "core/lanes.hpp"
 #include "core/random.hpp"
 
 namespace trammel {
@@ -56,20 +57,21 @@ Interval resampled(std::span<const double> a, std::span<const double> b, std::ui
   const Picks* kept = keep ? &kept_picks(seed, n, all) : nullptr;
   Random random = Random::stream(seed, "bootstrap");
   Picks drawn(keep ? 0 : kSideBySide * n);
+  std::vector<Real<2>> pairs;
+  for (std::size_t k = 0; k < n; ++k) pairs.push_back(Real<2>{a[k], b[k]});
   std::vector<double> figures;
+  figures.reserve(all);
   for (std::size_t r = 0; r < all; r += kSideBySide) {
     const std::size_t count = std::min(kSideBySide, all - r);
     if (!keep) draw(random, n, std::span(drawn).first(count * n));
     const std::uint32_t* group = keep ? kept->data() + r * n : drawn.data();
-    std::array<double, kSideBySide> sum_a{}, sum_b{};
+    std::array<const std::uint32_t*, kSideBySide> from{};
+    for (std::size_t s = 0; s < kSideBySide; ++s) from[s] = group + std::min(s, count - 1) * n;
+    std::array<Real<2>, kSideBySide> sum{};
     for (std::size_t k = 0; k < n; ++k) {
-      for (std::size_t s = 0; s < kSideBySide; ++s) {
-        const std::uint32_t pick = group[std::min(s, count - 1) * n + k];
-        sum_a[s] += a[pick];
-        sum_b[s] += b[pick];
-      }
+      for (std::size_t s = 0; s < kSideBySide; ++s) sum[s] += pairs[from[s][k]];
     }
-    for (std::size_t s = 0; s < count; ++s) figures.push_back(figure(sum_a[s], sum_b[s]));
+    for (std::size_t s = 0; s < count; ++s) figures.push_back(figure(sum[s][0], sum[s][1]));
   }
   return {quantile(figures, 0.025), quantile(figures, 0.975)};
 }

@@ -1,10 +1,11 @@
 #include "core/calibrate/lsq.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "core/calibrate/basic_solution.hpp"
+#include "core/calibrate/least_squares.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
 
@@ -121,6 +122,14 @@ Solution solve(const LsqSystem& system, const CompactSystem& small, const LsqOpt
   }
 }
 
+/// min |A z - b| with z = D y: D' A'A D y = D' A'b. Of a step of Gauss-Newton the next one makes up
+/// what the normal equations lose; where all end the gradient A'b is zero either way.
+Eigen::VectorXd step_within(const Eigen::MatrixXd& D, const LsqSystem& system) {
+  const NormalEquations all = normal_equations(system.A, system.b);
+  const Eigen::MatrixXd AtA = D.transpose() * (all.AtA * D);
+  return D * AtA.ldlt().solve(D.transpose() * all.Atb);
+}
+
 /// From tolerances to mm and rad.
 Eigen::VectorXd in_units(Eigen::VectorXd z, const std::vector<ScaledParameter>& parameters) {
   for (Eigen::Index k = 0; k < z.size(); ++k) {
@@ -215,8 +224,8 @@ LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading>
     if (result.steps >= steps || z.cwiseAbs().maxCoeff() < kStill) break;
     Mechanism at = mechanism;
     at.geometry = result.geometry;
-    system = lsq_system(at, readings, sigma, options, result.epochs);
-    z = D * basic_solution(system.A * D, system.b, static_cast<int>(D.cols()));
+    linearise(system, at, readings, sigma, options, result.epochs);
+    z = step_within(D, system);
     total += z;
     ++result.steps;
   }

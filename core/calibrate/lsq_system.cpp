@@ -18,6 +18,10 @@ constexpr int kEpochColumns = 6;
 constexpr double kZeroToleranceMm = 0.1, kFrameToleranceMm = 0.1;
 constexpr double kFrameToleranceRad = rad_from_deg(0.05);
 
+int geometry_columns(const LsqOptions& options) {
+  return options.complete ? kGeometryParameters : kPaperParameters;
+}
+
 void require_weights(const TrackerSigma& sigma, const LsqOptions& options) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
   if (!positive(sigma.xy_mm) || !positive(sigma.phi_rad)) {
@@ -44,8 +48,8 @@ std::vector<int> later_epochs(std::span<const Reading> readings, const LsqOption
   return {epochs.begin(), epochs.end()};
 }
 
-void name_columns(LsqSystem& system, const std::vector<int>& later, int geometry_columns) {
-  for (int k = 0; k < geometry_columns; ++k) {
+void name_columns(LsqSystem& system, const std::vector<int>& later, int n_geometry) {
+  for (int k = 0; k < n_geometry; ++k) {
     const GeometryParameter& p = geometry_parameters()[static_cast<std::size_t>(k)];
     system.parameters.push_back({p.name, p.is_angle, p.tolerance});
     system.epochs.push_back(1);
@@ -79,11 +83,13 @@ ForwardResult modelled_pose(const RailFrames& rails, const Pose& home, const Rea
   return at;
 }
 
-/// d(x, y, phi) of the three joint zeros and the frame offset (added to the reading) of an epoch.
-Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const ErrorJacobian& J_e) {
+/// Weighted d(x, y, phi) of the three joint zeros and the frame offset (added to the reading) of an
+/// epoch.
+Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const ErrorJacobian& J_e,
+                                                      const Eigen::Vector3d& weight) {
   Eigen::Matrix<double, 3, kEpochColumns> J;
   for (int i = 0; i < kChains; ++i) J.col(i) = J_e.col(6 * i + 4);  // as the joint zero l_i
-  J.rightCols<3>().setIdentity();
+  J.rightCols<3>() = weight.asDiagonal();
   return J;
 }
 
@@ -93,10 +99,17 @@ LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readin
                      const TrackerSigma& sigma, const LsqOptions& options,
                      const std::map<int, EpochOffset>& offsets) {
   require_weights(sigma, options);
-  const int geometry_columns = options.complete ? kGeometryParameters : kPaperParameters;
-  const std::vector<int> later = later_epochs(readings, options);
   LsqSystem system;
-  name_columns(system, later, geometry_columns);
+  name_columns(system, later_epochs(readings, options), geometry_columns(options));
+  linearise(system, mechanism, readings, sigma, options, offsets);
+  return system;
+}
+
+void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Reading> readings,
+               const TrackerSigma& sigma, const LsqOptions& options,
+               const std::map<int, EpochOffset>& offsets) {
+  const Eigen::Index n_geometry = geometry_columns(options);
+  const std::vector<int> later = later_epochs(readings, options);
   const auto rows = static_cast<Eigen::Index>(3 * readings.size());
   system.A.setZero(rows, static_cast<Eigen::Index>(system.parameters.size()));
   system.b.resize(rows);
@@ -107,23 +120,20 @@ LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readin
     const auto known = offsets.find(readings[j].conditions.epoch);
     const EpochOffset offset = known == offsets.end() ? EpochOffset{} : known->second;
     const ForwardResult at = modelled_pose(rails, mechanism.home, readings[j], offset);
-    const ErrorJacobian J_e = error_jacobian(mechanism.geometry, at.pose, at.at);
+    const ErrorJacobian J_e = weight.asDiagonal() * error_jacobian(rails, at.at);
     const auto row = static_cast<Eigen::Index>(3 * j);
-    system.b.segment<3>(row) =
-        pose_difference(*readings[j].measured, at.pose) - offset.frame.vector();
-    system.A.block(row, 0, 3, geometry_columns) = J_e.leftCols(geometry_columns);
+    system.b.segment<3>(row) = weight.cwiseProduct(pose_difference(*readings[j].measured, at.pose) -
+                                                   offset.frame.vector());
+    system.A.block(row, 0, 3, n_geometry) = J_e.leftCols(n_geometry);
     const auto own = std::find(later.begin(), later.end(), readings[j].conditions.epoch);
     if (own != later.end()) {
-      system.A.block<3, kEpochColumns>(
-          row, geometry_columns + kEpochColumns * (own - later.begin())) = epoch_columns(J_e);
+      system.A.block<3, kEpochColumns>(row, n_geometry + kEpochColumns * (own - later.begin())) =
+          epoch_columns(J_e, weight);
     }
-    system.A.middleRows<3>(row).array().colwise() *= weight.array();
-    system.b.segment<3>(row).array() *= weight.array();
   }
   for (std::size_t k = 0; k < system.parameters.size(); ++k) {
     system.A.col(static_cast<Eigen::Index>(k)) *= system.parameters[k].tolerance;
   }
-  return system;
 }
 
 }  // namespace trammel

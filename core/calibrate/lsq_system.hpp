@@ -24,5 +24,9 @@ struct LsqSystem {
 LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readings,
                      const TrackerSigma& sigma, const LsqOptions& options,
                      const std::map<int, EpochOffset>& offsets = {});
+/// The same rows again, linearised elsewhere.
+void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Reading> readings,
+               const TrackerSigma& sigma, const LsqOptions& options,
+               const std::map<int, EpochOffset>& offsets);
 
 }  // namespace trammel

@@ -96,12 +96,48 @@ RailFrames rail_frames(const Geometry& geometry) {
     f.sa[i] = std::sin(c.alpha_rad);
     f.k1[i] = c.r_mm * std::cos(turn);
     f.k2[i] = c.r_mm * std::sin(turn);
+    f.r_mm[i] = c.r_mm;
     f.R_mm[i] = c.R_mm;
     f.S_mm[i] = c.S_mm;
     f.h_mm[i] = c.h_mm;
     f.l_zero_mm[i] = c.l_zero_mm;
   }
   return f;
+}
+
+ChainsAtPose chains_at(const RailFrames& frames, const Eigen::Vector3d& X) {
+  ChainsAtPose at;
+  const double sine = std::sin(X[2]), cosine = std::cos(X[2]);
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double ca = frames.ca[i], sa = frames.sa[i], S = frames.S_mm[i];
+    const double arm_u = frames.k1[i] * cosine - frames.k2[i] * sine;
+    const double arm_n = frames.k2[i] * cosine + frames.k1[i] * sine;
+    const double along = X[0] * ca + X[1] * sa + arm_u + frames.R_mm[i];
+    const double across = X[1] * ca - X[0] * sa + arm_n - frames.h_mm[i];
+    const double square = (S - across) * (S + across);
+    if (!(square >= 0)) {
+      at.missed = static_cast<int>(i);
+      return at;
+    }
+    const double reach = std::sqrt(square);
+    at.l_mm[row] = along - reach - frames.l_zero_mm[i];
+    at.link_u[row] = reach / S;
+    at.link_n[row] = across / S;
+    at.arm_u_mm[row] = arm_u;
+    at.arm_n_mm[row] = arm_n;
+  }
+  return at;
+}
+
+Eigen::Vector3d link_angles_rad(const RailFrames& frames, const ChainsAtPose& at) {
+  Eigen::Vector3d theta;
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double u = at.link_u[row], n = at.link_n[row], ca = frames.ca[i], sa = frames.sa[i];
+    theta[row] = std::atan2(u * sa + n * ca, u * ca - n * sa);
+  }
+  return theta;
 }
 
 std::size_t inverse_displacements(const RailFrames& frames, std::span<const Pose> poses,

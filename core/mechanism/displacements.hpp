@@ -14,9 +14,28 @@ namespace trammel {
 /// empty. alpha, beta and r are in
 ///   ca = cos alpha,  sa = sin alpha,  k1 = r cos(beta - alpha),  k2 = r sin(beta - alpha)
 struct RailFrames {
-  std::array<double, 4> ca, sa, k1, k2, R_mm, S_mm, h_mm, l_zero_mm;
+  std::array<double, 4> ca, sa, k1, k2, r_mm, R_mm, S_mm, h_mm, l_zero_mm;
 };
 RailFrames rail_frames(const Geometry& geometry);
+
+/// The chains at one pose, u along each rail and n across it.
+struct ChainsAtPose {
+  int missed = kChains;           // the first chain out of reach, from 0; kChains: none
+  Displacements l_mm = {};        // (4); this and the rest where all reach
+  Eigen::Vector3d link_u = {};    // the link's direction B_i C_i: cos(theta - alpha),
+  Eigen::Vector3d link_n = {};    //   sin(theta - alpha)
+  Eigen::Vector3d arm_u_mm = {};  // O_C C_i
+  Eigen::Vector3d arm_n_mm = {};
+
+  [[nodiscard]] bool reached() const { return missed == kChains; }
+};
+
+/// Displacements and links at X = (x, y, phi), with one sine and cosine for all chains: the
+/// displacements of inverse() to 1e-11 mm, its angles to 5e-12 rad (displacements_test.cpp).
+ChainsAtPose chains_at(const RailFrames& frames, const Eigen::Vector3d& X);
+
+/// Link angles theta of B_i C_i against X, in (-pi, pi].
+Eigen::Vector3d link_angles_rad(const RailFrames& frames, const ChainsAtPose& at);
 
 /// Joint displacements (4) of inverse.hpp in each rail's own frame,
 ///   Q.u = x ca + y sa + k1 cos phi - k2 sin phi + R

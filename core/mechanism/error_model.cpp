@@ -1,26 +1,27 @@
 #include "core/mechanism/error_model.hpp"
 
 #include <Eigen/LU>
-#include <cmath>
+
+#include "core/mechanism/velocity.hpp"
 
 namespace trammel {
 
-ErrorJacobian error_jacobian(const Geometry& geometry, const Pose& pose, const InverseResult& at) {
-  ErrorJacobian J_2 = ErrorJacobian::Zero();
-  Eigen::Matrix3d J_F2;
+ErrorJacobian error_jacobian(const RailFrames& frames, const ChainsAtPose& at) {
+  const Eigen::Matrix3d J_1_inverse = velocity_equation(frames, at).J_F2.inverse();
+  ErrorJacobian J;
   for (int i = 0; i < kChains; ++i) {
-    const Chain& c = geometry.chains[static_cast<std::size_t>(i)];
-    const double theta = at.theta_rad[i];
-    const double arm = c.beta_rad + pose.phi_rad - theta;
-    const double l = at.l_mm[i] + c.l_zero_mm;
-    const double cosine = std::cos(c.alpha_rad - theta), sine = std::sin(c.alpha_rad - theta);
-    const double arm_cosine = std::cos(arm), arm_across = c.r_mm * std::sin(arm);
-    J_2.block<1, 6>(i, 6 * i) << (c.R_mm - l) * sine - c.h_mm * cosine, arm_across, -arm_cosine, 1,
-        cosine, -cosine;  // (18)
-    J_2(i, kPaperParameters + i) = -sine;
-    J_F2.row(i) << std::cos(theta), std::sin(theta), -arm_across;  // (6)
+    const auto k = static_cast<std::size_t>(i);
+    const double cosine = at.link_u[i], sine = -at.link_n[i];  // of alpha - theta
+    const double arm_along = cosine * at.arm_u_mm[i] - sine * at.arm_n_mm[i];
+    const double arm_across = cosine * at.arm_n_mm[i] + sine * at.arm_u_mm[i];
+    const double l_mm = at.l_mm[i] + frames.l_zero_mm[k];
+    Eigen::Matrix<double, 1, 6> J_2;  // (18); the other chains' are zero
+    J_2 << (frames.R_mm[k] - l_mm) * sine - frames.h_mm[k] * cosine, arm_across,
+        -arm_along / frames.r_mm[k], 1, cosine, -cosine;
+    J.block<3, 6>(0, 6 * i).noalias() = J_1_inverse.col(i) * J_2;  // (19)
+    J.col(kPaperParameters + i) = -sine * J_1_inverse.col(i);
   }
-  return J_F2.inverse() * J_2;  // (19)
+  return J;
 }
 
 }  // namespace trammel

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "core/mechanism/displacements.hpp"
 #include "core/mechanism/geometry.hpp"
-#include "core/mechanism/inverse.hpp"
 
 namespace trammel {
 
@@ -20,6 +20,6 @@ using ErrorJacobian = Eigen::Matrix<double, 3, kGeometryParameters>;
 /// et al. 2024, Eqs. 14-19 as corrected (Eq. 17 is skipped: 18 is right as printed). Proof: golden
 /// numbers to 1e-9 relative, finite differences of the forward kinematics (error_model_test.cpp).
 /// Precondition: the pose is not singular.
-ErrorJacobian error_jacobian(const Geometry& geometry, const Pose& pose, const InverseResult& at);
+ErrorJacobian error_jacobian(const RailFrames& frames, const ChainsAtPose& at);
 
 }  // namespace trammel

@@ -5,7 +5,6 @@
 
 #include "core/mechanism/displacements.hpp"
 #include "core/mechanism/geometry.hpp"
-#include "core/mechanism/inverse.hpp"
 #include "core/mechanism/pose.hpp"
 
 namespace trammel {
@@ -15,8 +14,8 @@ struct [[nodiscard]] ForwardResult {
   Status status = Status::not_converged;
   Pose pose = {};  // ok only
   int iterations = 0;
-  int chain = 0;          // unreachable, not_converged: the chain that is farthest off, from 0
-  InverseResult at = {};  // ok only: link angles at the pose, for whoever needs the Jacobians next
+  int chain = 0;         // unreachable, not_converged: the chain that is farthest off, from 0
+  ChainsAtPose at = {};  // ok only: for whoever needs the Jacobians next
 
   [[nodiscard]] bool ok() const { return status == Status::ok; }
 };

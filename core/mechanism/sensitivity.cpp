@@ -26,15 +26,16 @@ SensitivityShares sensitivity(const Geometry& geometry, std::span<const Pose> po
     d[j] = angle ? errors.angle_rad : errors.length_mm;
   }
   SensitivityShares sum = SensitivityShares::Zero();
+  const RailFrames frames = rail_frames(geometry);
   for (const Pose& pose : poses) {
-    const InverseResult at = inverse(geometry, pose);
-    if (!at.ok()) {
-      throw InputError({.what = "a pose is out of reach of chain " + std::to_string(at.chain + 1),
+    const ChainsAtPose at = chains_at(frames, pose.vector());
+    if (!at.reached()) {
+      throw InputError({.what = "a pose is out of reach of chain " + std::to_string(at.missed + 1),
                         .got = "x " + std::to_string(pose.x_mm) + " mm, y " +
                                std::to_string(pose.y_mm) + " mm, phi " +
                                std::to_string(deg_from_rad(pose.phi_rad)) + " deg"});
     }
-    const ErrorJacobian J = error_jacobian(geometry, pose, at);
+    const ErrorJacobian J = error_jacobian(frames, at);
     SensitivityShares shares;
     for (int i = 0; i < 3; ++i) {
       shares.row(i) = J.block<1, kPaperParameters>(i, 0).cwiseProduct(d).cwiseAbs();

@@ -64,6 +64,18 @@ VelocityEquation velocity_equation(const Geometry& geometry, const Pose& pose,
   return equation;
 }
 
+VelocityEquation velocity_equation(const RailFrames& frames, const ChainsAtPose& at) {
+  VelocityEquation equation;
+  equation.J_F1_diagonal = at.link_u;
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double u = at.link_u[row], n = at.link_n[row], ca = frames.ca[i], sa = frames.sa[i];
+    equation.J_F2.row(row) << u * ca - n * sa, u * sa + n * ca,
+        n * at.arm_u_mm[row] - u * at.arm_n_mm[row];
+  }
+  return equation;
+}
+
 Eigen::Matrix3d velocity_jacobian(const VelocityEquation& equation) {
   return equation.J_F2.inverse() * equation.J_F1_diagonal.asDiagonal();
 }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "core/mechanism/displacements.hpp"
 #include "core/mechanism/geometry.hpp"
 #include "core/mechanism/inverse.hpp"
 
@@ -40,6 +41,7 @@ struct VelocityEquation {
 };
 VelocityEquation velocity_equation(const Geometry& geometry, const Pose& pose,
                                    const InverseResult& at);
+VelocityEquation velocity_equation(const RailFrames& frames, const ChainsAtPose& at);
 
 /// J_V = J_F2^-1 J_F1 (13): platform rates (mm/s, rad/s) per joint rates (mm/s), shape (3, 3).
 /// Precondition: singularity(...) is not zero.

@@ -50,24 +50,34 @@ bool recorded(const Effect& effect, const Moment& moment) {
   return true;
 }
 
-Prediction moment_of(const RobotModel& model, const Conditions& conditions) {
+namespace {
+
+Prediction moment_at(const RailFrames& rails, const RobotModel& model,
+                     const Conditions& conditions) {
   Prediction result;
   const EpochShift shift = shift_of(model, conditions.epoch);
   const Displacements l_mm = conditions.cmd_mm + shift.l_zero_mm;
-  const ForwardResult at = forward(model.geometry, l_mm, model.mechanism.home);
+  const ForwardResult at = forward(rails, l_mm, model.mechanism.home);
   result.status = at.status;
   if (!at.ok()) return result;
   result.pose = at.pose;
   result.moment = conditions_of(model, conditions);
   result.moment.pose = at.pose;
-  result.moment.theta_rad = at.at.theta_rad;
-  result.moment.J_V = velocity_jacobian(velocity_equation(model.geometry, at.pose, at.at));
-  result.J_e = error_jacobian(model.geometry, at.pose, at.at);
+  result.moment.theta_rad = link_angles_rad(rails, at.at);
+  result.moment.J_V = velocity_jacobian(velocity_equation(rails, at.at));
+  result.J_e = error_jacobian(rails, at.at);
   return result;
 }
 
+}  // namespace
+
+Prediction moment_of(const RobotModel& model, const Conditions& conditions) {
+  return moment_at(rail_frames(model.geometry), model, conditions);
+}
+
 Prediction predict(const RobotModel& model, const Conditions& conditions) {
-  Prediction result = moment_of(model, conditions);
+  RailFrames rails = rail_frames(model.geometry);
+  Prediction result = moment_at(rails, model, conditions);
   if (!result.ok()) return result;
   Deviation sum;
   for (const ActiveEffect& active : model.effects) {
@@ -78,14 +88,13 @@ Prediction predict(const RobotModel& model, const Conditions& conditions) {
   }
   const EpochShift shift = shift_of(model, conditions.epoch);
   if (!model.effects.empty()) {
-    Geometry bent = model.geometry;
-    for (int i = 0; i < kChains; ++i) bent.chains[static_cast<std::size_t>(i)].h_mm += sum.dh_mm[i];
+    for (int i = 0; i < kChains; ++i) rails.h_mm[static_cast<std::size_t>(i)] += sum.dh_mm[i];
     const ForwardResult at =
-        forward(bent, conditions.cmd_mm + shift.l_zero_mm + sum.dl_mm, result.pose);
+        forward(rails, conditions.cmd_mm + shift.l_zero_mm + sum.dl_mm, result.pose);
     result.status = at.status;
     if (!at.ok()) return result;
     result.pose = at.pose;
-    result.J_e = error_jacobian(bent, at.pose, at.at);
+    result.J_e = error_jacobian(rails, at.at);
   }
   result.pose = Pose::from(in_frame(shift.frame, result.pose).vector() + sum.dX);
   return result;

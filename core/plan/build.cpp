@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/mechanism/forward.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "core/random.hpp"
 
 namespace trammel {

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/mechanism/clearance.hpp"
 #include "core/mechanism/forward.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "core/mechanism/velocity.hpp"
 #include "core/units.hpp"
 
@@ -63,9 +64,10 @@ class Checker {
     const Eigen::Vector3d l_dot =
         length > 0 ? Eigen::Vector3d((to - from) * (options_.speed_mm_s / length))
                    : Eigen::Vector3d::Zero();
+    const RailFrames rails = rail_frames(mechanism_.geometry);
     for (int k = 1; k <= steps; ++k) {
       const Displacements l = from + (to - from) * (static_cast<double>(k) / steps);
-      const ForwardResult at = forward(mechanism_.geometry, l, pose);
+      const ForwardResult at = forward(rails, l, pose);
       if (!at.ok()) {
         const bool reach = at.status == ForwardResult::Status::unreachable;
         add(seq, k == steps ? end : Place::path, reach ? What::unreachable : What::singular,
@@ -73,10 +75,11 @@ class Checker {
         return std::nullopt;
       }
       pose = at.pose;
-      const VelocityEquation velocity = velocity_equation(mechanism_.geometry, pose, at.at);
+      const VelocityEquation velocity = velocity_equation(rails, at.at);
       const double here = singularity(mechanism_.geometry, velocity).margin();
       if (k < steps) least = std::min(least, here);
-      closest = std::min(closest, link_clearance_mm(mechanism_.geometry, at.at));
+      const InverseResult links{.l_mm = at.at.l_mm, .theta_rad = link_angles_rad(rails, at.at)};
+      closest = std::min(closest, link_clearance_mm(mechanism_.geometry, links));
       if (here > 0) {
         const Eigen::Vector3d X_dot = velocity_jacobian(velocity) * l_dot;
         fastest = std::max(fastest, std::hypot(X_dot[0], X_dot[1]));

@@ -20,7 +20,7 @@ double direction(double travel) { return travel > 0 ? 1.0 : travel < 0 ? -1.0 : 
 Displacements load_errors(const DriveTruth& drive, const Geometry& geometry,
                           const ForwardResult& at) {
   const Eigen::Vector3d wrench(drive.load_mm[0], drive.load_mm[1], drive.load_mm2);
-  const Eigen::Matrix3d G = velocity_jacobian(velocity_equation(geometry, at.pose, at.at));
+  const Eigen::Matrix3d G = velocity_jacobian(velocity_equation(rail_frames(geometry), at.at));
   return G.transpose() * wrench;
 }
 

@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <map>
 
-#include "core/calibrate/basic_solution.hpp"
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/calibrate/idw.hpp"
+#include "core/calibrate/least_squares.hpp"
 #include "core/calibrate/rbf.hpp"
 #include "core/mechanism/displacements.hpp"
 #include "core/plan/grids.hpp"

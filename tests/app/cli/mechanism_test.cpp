@@ -73,11 +73,12 @@ TEST_CASE("joint rates and both Jacobians are those of the library", "[cli]") {
   const Geometry geometry = paper_mechanism().geometry;
   const Pose pose{30, -40, rad_from_deg(2)};
   const InverseResult at = inverse(geometry, pose);
+  const RailFrames frames = rail_frames(geometry);
   const Eigen::Vector3d v(10, -5, rad_from_deg(3)), a(1, 2, rad_from_deg(-4));
   const JointRates velocity = joint_velocity(geometry, pose, at, v);
   const JointRates acceleration = joint_acceleration(geometry, pose, at, v, a);
   const Eigen::Matrix3d J_V = velocity_jacobian(velocity_equation(geometry, pose, at));
-  const ErrorJacobian J_e = error_jacobian(geometry, pose, at);
+  const ErrorJacobian J_e = error_jacobian(frames, chains_at(frames, pose.vector()));
   for (std::size_t i = 0; i < 3; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     CHECK_THAT(row["l_velocity_mm_s"][i].get<double>(), WithinRel(velocity.l[k], 1e-12));

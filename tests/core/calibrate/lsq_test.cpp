@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/assess/deviation.hpp"
-#include "core/calibrate/basic_solution.hpp"
+#include "core/calibrate/least_squares.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
 #include "tests/core/calibrate/campaigns.hpp"

@@ -1,6 +1,7 @@
 #include "core/mechanism/displacements.hpp"
 
 #include "core/mechanism/inverse.hpp"
+#include "core/mechanism/velocity.hpp"
 #include "core/units.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/cpu_levels.hpp"
@@ -29,6 +30,27 @@ TEST_CASE("displacements of a batch are those of single calls, wherever a pose s
   poses[90] = {0, -1000, 0};
   CHECK(inverse_displacements(frames, poses, l) == 37);
   CHECK_FALSE(inverse_displacements(frames, poses[90]));
+}
+
+TEST_CASE("the chains at a pose are those of the inverse kinematics", "[mechanism]") {
+  Random random(11);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Geometry geometry = tests::random_geometry(random, 3);
+    const Pose pose = tests::random_pose(random);
+    const RailFrames frames = rail_frames(geometry);
+    const InverseResult inv = inverse(geometry, pose);
+    const ChainsAtPose at = chains_at(frames, pose.vector());
+    REQUIRE(at.reached());
+    CHECK((at.l_mm - inv.l_mm).cwiseAbs().maxCoeff() < 1e-11);
+    CHECK((link_angles_rad(frames, at) - inv.theta_rad).cwiseAbs().maxCoeff() < 5e-12);
+    const VelocityEquation one = velocity_equation(frames, at);
+    const VelocityEquation other = velocity_equation(geometry, pose, inv);
+    CHECK((one.J_F2 - other.J_F2).cwiseAbs().maxCoeff() < 1e-11);
+    CHECK((one.J_F1_diagonal - other.J_F1_diagonal).cwiseAbs().maxCoeff() < 1e-13);
+  }
+  const RailFrames frames = rail_frames(paper_mechanism().geometry);
+  CHECK(chains_at(frames, {0, 1000, 0}).missed ==
+        inverse(paper_mechanism().geometry, {0, 1000, 0}).chain);
 }
 
 TEST_CASE("displacements of a batch are the same bits on every level of CPU", "[mechanism]") {

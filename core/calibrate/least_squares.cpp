@@ -1,6 +1,6 @@
-#include "core/calibrate/basic_solution.hpp"
+#include "core/calibrate/least_squares.hpp"
 
-// Column-pivoted QR, rows side by side. The sums keep eight partial ones on every level of CPU, so
+// The sums keep eight partial ones on every level of CPU, so
 // that the bits are the same on each.
 
 #include <algorithm>
@@ -22,10 +22,17 @@ double sum(const Lanes& v) {
   return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
 }
 
-Lanes load(const double* from) {
-  Lanes v;
-  __builtin_memcpy(&v, from, sizeof v);
-  return v;
+// Not returned: the calling convention of a long vector differs from level to level.
+void load(const double* from, Lanes& v) { __builtin_memcpy(&v, from, sizeof v); }
+
+/// [A | b] with rows of zeros up to whole lanes.
+Eigen::MatrixXd filled_up(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  const Eigen::Index lanes = kLanes, rows = (A.rows() + lanes - 1) / lanes * lanes;
+  Eigen::MatrixXd filled(rows, A.cols() + 1);
+  filled.topLeftCorner(A.rows(), A.cols()) = A;
+  filled.col(A.cols()).head(A.rows()) = b;
+  filled.bottomRows(rows - A.rows()).setZero();
+  return filled;
 }
 
 /// A column of [A | b], filled up with zeros.
@@ -37,7 +44,12 @@ struct Column {
 
 double dot(const double* a, const double* b, std::size_t first, std::size_t last) {
   Lanes s = {};
-  for (std::size_t i = first; i < last; i += kLanes) s += load(a + i) * load(b + i);
+  for (std::size_t i = first; i < last; i += kLanes) {
+    Lanes x, y;
+    load(a + i, x);
+    load(b + i, y);
+    s += x * y;
+  }
   return sum(s);
 }
 
@@ -45,7 +57,10 @@ double dot(const double* a, const double* b, std::size_t first, std::size_t last
 double subtract(double* a, double factor, const double* v, std::size_t first, std::size_t last) {
   Lanes s = {};
   for (std::size_t i = first; i < last; i += kLanes) {
-    const Lanes left = load(a + i) - factor * load(v + i);
+    Lanes left, taken;
+    load(a + i, left);
+    load(v + i, taken);
+    left -= factor * taken;
     __builtin_memcpy(a + i, &left, sizeof left);
     s += left * left;
   }
@@ -87,11 +102,9 @@ void pivot(std::vector<Column>& columns, std::size_t k, Eigen::MatrixXd& R) {
 
 PivotedQr pivoted_qr(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int rank, CpuLevel level) {
   TRAMMEL_ASSERT(A.rows() == b.size() && rank >= 0 && rank <= std::min(A.rows(), A.cols()));
-  const Eigen::Index n = A.cols(), lanes = kLanes, filled = (A.rows() + lanes - 1) / lanes * lanes;
-  const auto rows = static_cast<std::size_t>(filled);
-  Eigen::MatrixXd work = Eigen::MatrixXd::Zero(filled, n + 1);
-  work.topLeftCorner(A.rows(), n) = A;
-  work.col(n).head(A.rows()) = b;
+  const Eigen::Index n = A.cols();
+  Eigen::MatrixXd work = filled_up(A, b);
+  const auto rows = static_cast<std::size_t>(work.rows());
   std::vector<Column> columns;
   columns.reserve(static_cast<std::size_t>(n) + 1);
   for (Eigen::Index j = 0; j <= n; ++j) {
@@ -126,6 +139,25 @@ Eigen::VectorXd basic_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& 
   Eigen::VectorXd z = Eigen::VectorXd::Zero(A.cols());
   for (Eigen::Index k = 0; k < n_taken; ++k) z[qr.columns[static_cast<std::size_t>(k)]] = taken[k];
   return z;
+}
+
+NormalEquations normal_equations(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                 CpuLevel level) {
+  TRAMMEL_ASSERT(A.rows() == b.size());
+  const Eigen::Index n = A.cols();
+  const Eigen::MatrixXd work = filled_up(A, b);
+  const auto rows = static_cast<std::size_t>(work.rows());
+  NormalEquations system{Eigen::MatrixXd(n, n), Eigen::VectorXd(n)};
+  at_level(level, [&]<int>() {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double* column = work.col(j).data();
+      for (Eigen::Index k = 0; k <= j; ++k) {
+        system.AtA(j, k) = system.AtA(k, j) = dot(column, work.col(k).data(), 0, rows);
+      }
+      system.Atb[j] = dot(column, work.col(n).data(), 0, rows);
+    }
+  });
+  return system;
 }
 
 }  // namespace trammel
