@@ -2,6 +2,8 @@
 
 #include <sqlite3.h>
 
+#include "store/statement.hpp"
+
 namespace trammel::store {
 
 Transaction::Transaction(Connection& connection)
@@ -20,6 +22,16 @@ Transaction::~Transaction() {
 void Transaction::commit() {
   connection_.execute(outermost_ ? "COMMIT" : "RELEASE part");
   done_ = true;
+}
+
+Snapshot::Snapshot(Connection& connection)
+    : connection_(connection), outermost_(sqlite3_get_autocommit(connection.handle()) != 0) {
+  if (outermost_) Statement(connection_, "BEGIN").run();
+}
+
+Snapshot::~Snapshot() {
+  if (!outermost_ || sqlite3_get_autocommit(connection_.handle()) != 0) return;
+  sqlite3_exec(connection_.handle(), "COMMIT", nullptr, nullptr, nullptr);
 }
 
 }  // namespace trammel::store

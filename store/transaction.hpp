@@ -22,4 +22,18 @@ class Transaction {
   bool done_ = false;
 };
 
+/// What is read while it lasts is one state of the database, whatever others write, and takes one
+/// lock. Inside a transaction it is a part of that one.
+class Snapshot {
+ public:
+  explicit Snapshot(Connection& connection);
+  ~Snapshot();
+  Snapshot(const Snapshot&) = delete;
+  Snapshot& operator=(const Snapshot&) = delete;
+
+ private:
+  Connection& connection_;
+  bool outermost_ = false;
+};
+
 }  // namespace trammel::store

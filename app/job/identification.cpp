@@ -38,11 +38,10 @@ Json parameter_json(const Identification& of, const Scaled& s, std::size_t k) {
   const ScaledParameter& p = of.parameters[k];
   const auto row = static_cast<Eigen::Index>(k);
   const bool identified = of.known.identified[k];
-  Json json = {{"name", p.name},
-               {"unit", !p.unit.empty() ? p.unit
-                        : p.is_angle    ? "deg"
-                                        : "mm"},
-               {"identified", identified}};
+  Json json = Json::object();
+  json["name"] = p.name;
+  json["unit"] = !p.unit.empty() ? p.unit : p.is_angle ? "deg" : "mm";
+  json["identified"] = identified;
   if (identified) {
     json["change"] = shown(p.is_angle, of.values[row]);
     json["standard_uncertainty"] = shown(p.is_angle, std::sqrt(s.covariance(row, row)));
@@ -53,11 +52,13 @@ Json parameter_json(const Identification& of, const Scaled& s, std::size_t k) {
 }
 
 Json base_json(const IdentifiedCombination& c) {
-  return {{"name", c.name},
-          {"unit", c.unit},
-          {"alone", c.alone},
-          {"change", shown(c.is_angle, *c.value)},
-          {"standard_uncertainty", shown(c.is_angle, c.standard_uncertainty)}};
+  Json json = Json::object();
+  json["name"] = c.name;
+  json["unit"] = c.unit;
+  json["alone"] = c.alone;
+  json["change"] = shown(c.is_angle, *c.value);
+  json["standard_uncertainty"] = shown(c.is_angle, c.standard_uncertainty);
+  return json;
 }
 
 struct Beyond {

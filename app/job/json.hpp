@@ -3,12 +3,16 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 
 namespace trammel::job {
 
 using Json = nlohmann::ordered_json;
 
 inline Json optional_json(const auto& value) { return value ? Json(*value) : Json(nullptr); }
+
+/// The canonical text (store/job_key.hpp) of a document: keys sorted, no spaces.
+std::string canonical_text(const Json& json);
 
 /// The number named `name`; none when it is missing or null.
 inline std::optional<double> optional_number(const Json& json, const char* name) {

@@ -119,10 +119,15 @@ class FittedTargets {
 /// validation reading where the correction was fitted is not held out: it counts as in-sample.
 std::vector<store::JobPoint> judge(const Campaign& campaign, const Correction& correction) {
   const FittedTargets fitted(campaign);
-  std::vector<store::JobPoint> points;
+  std::vector<Reading> measured;
   for (const Reading& r : campaign.readings) {
-    if (!r.measured) continue;
-    const ForwardResult after = predicted_after(correction, campaign.mechanism, r);
+    if (r.measured) measured.push_back(r);
+  }
+  const auto all_after = predicted_after(correction, campaign.mechanism, measured);
+  std::vector<store::JobPoint> points;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    const Reading& r = measured[k];
+    const ForwardResult& after = all_after[k];
     if (!after.ok()) {
       throw InputError({.what = "the corrected robot cannot reach a target of the campaign",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
@@ -280,7 +285,7 @@ store::NewJob computed(const Inputs& in) {
                               {"improvements", gains},
                               {"after", "predicted"},
                               {"timing", std::move(result.timing)}};
-  job.result_json = nlohmann::json(stored_result).dump();
+  job.result_json = canonical_text(stored_result);
   job.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return job;
 }
@@ -296,13 +301,14 @@ store::NewJob recompute(store::Connection& connection, const store::Job& job) {
 }
 
 std::optional<Computation> compute_new(store::Connection& connection, const Request& request) {
-  // before the readings: one more between the two is found by still_holds
   Computation computation;
+  std::optional<store::Snapshot> snapshot(connection);
   const store::Id campaign = store::require_campaign(connection, request.campaign).id;
   computation.readings_head = store::chain_head(connection, campaign);
   computation.n_exclusions = store::exclusions(connection, campaign).size();
   const Inputs in = load(connection, request);
   if (!request.force && store::has_job(connection, campaign, in.key.key)) return std::nullopt;
+  snapshot.reset();
   computation.job = computed(in);
   return computation;
 }

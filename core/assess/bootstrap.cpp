@@ -73,7 +73,8 @@ Interval resampled(std::span<const double> a, std::span<const double> b, std::ui
     }
     for (std::size_t s = 0; s < count; ++s) figures.push_back(figure(sum[s][0], sum[s][1]));
   }
-  return {quantile(figures, 0.025), quantile(figures, 0.975)};
+  const auto [low, high] = quantiles(figures, 0.025, 0.975);
+  return {low, high};
 }
 
 }  // namespace

@@ -28,6 +28,21 @@ void require_finite(std::span<const double> values) {
   }
 }
 
+std::size_t place_of(double q, std::size_t n) {
+  return static_cast<std::size_t>(q * static_cast<double>(n - 1));
+}
+
+/// The quantile of v, whose `n_smallest` smallest stand in front.
+double quantile_among(std::vector<double>& v, std::size_t n_smallest, double q) {
+  const auto at = v.begin() + static_cast<std::ptrdiff_t>(place_of(q, v.size()));
+  const auto end = v.begin() + static_cast<std::ptrdiff_t>(n_smallest);
+  std::nth_element(v.begin(), at, end);
+  if (at + 1 == v.end()) return *at;
+  const double h = q * static_cast<double>(v.size() - 1);
+  return *at +
+         (h - std::floor(h)) * (*std::min_element(at + 1, at + 1 < end ? end : v.end()) - *at);
+}
+
 }  // namespace
 
 Summary summarise(std::span<const double> values) {
@@ -42,15 +57,15 @@ Summary summarise(std::span<const double> values) {
           .p95 = p95};
 }
 
-double quantile(std::span<const double> values, double q) {
-  TRAMMEL_ASSERT(q >= 0 && q <= 1);
+double quantile(std::span<const double> values, double q) { return quantiles(values, q, q).second; }
+
+std::pair<double, double> quantiles(std::span<const double> values, double low, double high) {
+  TRAMMEL_ASSERT(low >= 0 && low <= high && high <= 1);
   require_finite(values);
   std::vector<double> v(values.begin(), values.end());
-  const double h = q * static_cast<double>(v.size() - 1);
-  const auto at = v.begin() + static_cast<std::ptrdiff_t>(h);
-  std::nth_element(v.begin(), at, v.end());
-  if (at + 1 == v.end()) return *at;
-  return *at + (h - std::floor(h)) * (*std::min_element(at + 1, v.end()) - *at);
+  const double upper = quantile_among(v, v.size(), high);
+  const double lower = quantile_among(v, place_of(high, v.size()) + 1, low);
+  return {lower, upper};
 }
 
 std::optional<double> improvement_pct(const Summary& before, const Summary& after) {

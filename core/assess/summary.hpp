@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace trammel {
 
@@ -24,6 +25,8 @@ Summary summarise(std::span<const double> values);
 
 /// The quantile q in [0, 1] by the same rule. `values` need not be sorted.
 double quantile(std::span<const double> values, double q);
+/// Two of them, low <= high.
+std::pair<double, double> quantiles(std::span<const double> values, double low, double high);
 
 /// 100 (1 - mean after / mean before), in %; nothing when the mean before is zero.
 std::optional<double> improvement_pct(const Summary& before, const Summary& after);

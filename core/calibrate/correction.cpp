@@ -171,6 +171,7 @@ ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
 
 std::vector<JointSample> samples_left(const RobotModel& model, std::span<const Reading> readings) {
   std::vector<JointSample> samples;
+  const RailFrames nominal = rail_frames(model.mechanism.geometry);
   for (const Reading& r : readings) {
     const Prediction at = predict(model, r.conditions);
     const InverseResult thought = inverse(model.mechanism.geometry, at.pose);
@@ -178,18 +179,38 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
       throw InputError({.what = "the model cannot reach the commanded displacements of a reading",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
     }
-    const Eigen::Vector3d all = joint_error_mm(model.mechanism, r);
+    const Eigen::Vector3d all = joint_error_mm(nominal, r);
     samples.push_back({r.target.x_mm, r.target.y_mm, all - (thought.l_mm - r.conditions.cmd_mm)});
   }
   return samples;
 }
 
+std::vector<ForwardResult> predicted_after(const Correction& correction, const Mechanism& mechanism,
+                                           std::span<const Reading> readings) {
+  const RailFrames nominal = rail_frames(mechanism.geometry);
+  const auto* identified = std::get_if<GeometryCorrection>(&correction);
+  const RailFrames rails = identified ? rail_frames(identified->geometry) : nominal;
+  const auto reached_by = [&](const Reading& r) {
+    if (!identified) return commanded(correction, mechanism, move_of(r));
+    const ChainsAtPose at = chains_at(rails, r.target.vector());  // as commanded(), without angles
+    return InverseResult{
+        .status = at.reached() ? InverseResult::Status::ok : InverseResult::Status::unreachable,
+        .chain = at.missed,
+        .l_mm = at.l_mm};
+  };
+  std::vector<ForwardResult> all;
+  all.reserve(readings.size());
+  for (const Reading& r : readings) {
+    const Eigen::Vector3d error_mm = joint_error_mm(nominal, r);
+    const InverseResult cmd = reached_by(r);
+    all.push_back(cmd.ok() ? forward(nominal, cmd.l_mm + error_mm, *r.measured) : failed(cmd));
+  }
+  return all;
+}
+
 ForwardResult predicted_after(const Correction& correction, const Mechanism& mechanism,
                               const Reading& reading) {
-  const Eigen::Vector3d error_mm = joint_error_mm(mechanism, reading);
-  const InverseResult cmd = commanded(correction, mechanism, move_of(reading));
-  if (!cmd.ok()) return failed(cmd);
-  return forward(mechanism.geometry, cmd.l_mm + error_mm, *reading.measured);
+  return predicted_after(correction, mechanism, std::span(&reading, 1)).front();
 }
 
 }  // namespace trammel

@@ -81,5 +81,8 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
 /// Throws InputError where the reading has no measured pose or leaves the nominal reach.
 ForwardResult predicted_after(const Correction& correction, const Mechanism& mechanism,
                               const Reading& reading);
+/// Of many readings, with what they share done once; the same bits.
+std::vector<ForwardResult> predicted_after(const Correction& correction, const Mechanism& mechanism,
+                                           std::span<const Reading> readings);
 
 }  // namespace trammel

@@ -1,12 +1,12 @@
 #include "core/calibrate/identifiability.hpp"
 
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
+#include "core/calibrate/least_squares.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -17,13 +17,6 @@ namespace {
 constexpr double kMember = 0.05;  // of a tolerance: smaller shares are not worth naming
 constexpr double kByItself =
     0.05;  // of a tolerance may leak into the null space of an identified one
-
-/// R of A = QR when A is tall: the same singular values and directions, from n x n.
-Eigen::MatrixXd compact(const Eigen::MatrixXd& A) {
-  if (A.rows() <= A.cols()) return A;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A);
-  return qr.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>();
-}
 
 int count_above(const Eigen::VectorXd& s, double least) {
   return static_cast<int>((s.array() > least).count());
@@ -175,16 +168,21 @@ Identifiability identifiability(const Eigen::MatrixXd& A,
                                 const std::vector<ScaledParameter>& parameters, int n_poses) {
   const Eigen::Index n = A.cols();
   TRAMMEL_ASSERT(static_cast<std::size_t>(n) == parameters.size() && n > 0);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(compact(A), Eigen::ComputeFullV);
+  // A = Q R P': R, whose rows fall in length, takes Jacobi half the sweeps and has the same V' P
+  const PivotedQr qr =
+      pivoted_qr(A, Eigen::VectorXd::Zero(A.rows()), static_cast<int>(std::min(A.rows(), n)));
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(n, n);
+  R.topRows(qr.R.rows()) = qr.R;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
   Identifiability result;
   result.n_poses = n_poses;
-  result.singular = Eigen::VectorXd::Zero(n);
-  result.singular.head(svd.singularValues().size()) = svd.singularValues();
+  result.singular = svd.singularValues();
   const double rounding = static_cast<double>(std::max<Eigen::Index>(3 * n_poses, n)) *
                           std::numeric_limits<double>::epsilon() * result.singular[0];
   result.rank_machine = count_above(result.singular, rounding);
   result.rank = std::min(count_above(result.singular, kLeastSignal), result.rank_machine);
-  result.directions = svd.matrixV();
+  result.directions.resize(n, n);
+  result.directions(qr.columns, Eigen::all) = svd.matrixV();
   result.observability = observability_of(result.singular, result.rank, result.n_poses);
 
   const Eigen::MatrixXd null = result.directions.rightCols(n - result.rank);

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
 
 namespace trammel {
 
@@ -20,16 +19,16 @@ std::pair<long long, long long> place(const JointSample& s) {
 
 }  // namespace
 
-Eigen::Vector3d joint_error_mm(const Mechanism& mechanism, const Reading& reading) {
-  const std::string point = "seq " + std::to_string(reading.seq);
+Eigen::Vector3d joint_error_mm(const RailFrames& nominal, const Reading& reading) {
+  const auto point = [&] { return "seq " + std::to_string(reading.seq); };
   if (!reading.measured) {
-    throw InputError({.what = "this reading has no measured pose", .where = {.point = point}});
+    throw InputError({.what = "this reading has no measured pose", .where = {.point = point()}});
   }
-  const InverseResult at = inverse(mechanism.geometry, *reading.measured);
-  if (!at.ok()) {
+  const ChainsAtPose at = chains_at(nominal, reading.measured->vector());
+  if (!at.reached()) {
     throw InputError({.what = "the measured pose is out of the nominal robot's reach",
-                      .where = {.point = point},
-                      .got = "chain " + std::to_string(at.chain + 1) + " cannot reach it",
+                      .where = {.point = point()},
+                      .got = "chain " + std::to_string(at.missed + 1) + " cannot reach it",
                       .hint = "exclude the reading with a reason if it is an outlier"});
   }
   return at.l_mm - reading.conditions.cmd_mm;
@@ -39,8 +38,9 @@ std::vector<JointSample> joint_samples(const Mechanism& mechanism,
                                        std::span<const Reading> readings) {
   std::vector<JointSample> samples;
   samples.reserve(readings.size());
+  const RailFrames nominal = rail_frames(mechanism.geometry);
   for (const Reading& r : readings) {
-    samples.push_back({r.target.x_mm, r.target.y_mm, joint_error_mm(mechanism, r)});
+    samples.push_back({r.target.x_mm, r.target.y_mm, joint_error_mm(nominal, r)});
   }
   return samples;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/measure/reading.hpp"
+#include "core/mechanism/displacements.hpp"
 
 namespace trammel {
 
@@ -20,7 +21,7 @@ struct JointSample {
 /// compensation tells the robot's error, not what the compensation left. Steps 2 and 6 of Sec. 4.2.
 /// Throws InputError that names the reading when its measured pose is out of nominal reach or
 /// absent.
-Eigen::Vector3d joint_error_mm(const Mechanism& mechanism, const Reading& reading);
+Eigen::Vector3d joint_error_mm(const RailFrames& nominal, const Reading& reading);
 
 /// One sample per reading, in their order.
 std::vector<JointSample> joint_samples(const Mechanism& mechanism,

@@ -13,7 +13,8 @@ namespace trammel {
 
 namespace {
 
-constexpr double kStill = 1e-6;  // tolerances: a further step changes nothing
+constexpr double kStill =
+    1e-6;  // tolerances: a further step, as the last ones shrink, changes nothing
 
 /// Least change: z = V_r S_r^-1 U_r' b, by A V_r = U_r S_r.
 Eigen::VectorXd least_change(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
@@ -218,10 +219,14 @@ LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading>
 
   const Eigen::MatrixXd& D = solution.directions;
   Eigen::VectorXd z = solution.z, total = z;
+  double previous = 0;
   for (;;) {
     fill_robot(mechanism, system, total, result);
     fill_residuals(system, z, options.attitude_weight, result);
-    if (result.steps >= steps || z.cwiseAbs().maxCoeff() < kStill) break;
+    const double size = z.cwiseAbs().maxCoeff();
+    const double next = previous > 0 ? size * std::min(1.0, size / previous) : size;
+    if (result.steps >= steps || next < kStill) break;
+    previous = size;
     Mechanism at = mechanism;
     at.geometry = result.geometry;
     linearise(system, at, readings, sigma, options, result.epochs);

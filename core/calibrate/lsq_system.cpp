@@ -66,11 +66,11 @@ void name_columns(LsqSystem& system, const std::vector<int>& later, int n_geomet
   }
 }
 
-/// Where the model puts the platform, looked for from the target, which is near.
-ForwardResult modelled_pose(const RailFrames& rails, const Pose& home, const Reading& reading,
-                            const EpochOffset& offset) {
+/// Where the model puts the platform, looked for from a pose that is near.
+ForwardResult modelled_pose(const RailFrames& rails, const Pose& near, const Pose& home,
+                            const Reading& reading, const EpochOffset& offset) {
   const Displacements l_mm = reading.conditions.cmd_mm + offset.l_zero_mm;
-  ForwardResult at = forward(rails, l_mm, reading.target);
+  ForwardResult at = forward(rails, l_mm, near);
   if (!at.ok()) at = forward(rails, l_mm, home);
   const auto point = [&] { return "seq " + std::to_string(reading.seq); };
   if (!at.ok()) {
@@ -100,6 +100,7 @@ LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readin
                      const std::map<int, EpochOffset>& offsets) {
   require_weights(sigma, options);
   LsqSystem system;
+  for (const Reading& r : readings) system.poses.push_back(r.target);
   name_columns(system, later_epochs(readings, options), geometry_columns(options));
   linearise(system, mechanism, readings, sigma, options, offsets);
   return system;
@@ -111,7 +112,8 @@ void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Re
   const Eigen::Index n_geometry = geometry_columns(options);
   const std::vector<int> later = later_epochs(readings, options);
   const auto rows = static_cast<Eigen::Index>(3 * readings.size());
-  system.A.setZero(rows, static_cast<Eigen::Index>(system.parameters.size()));
+  system.A.resize(rows, static_cast<Eigen::Index>(system.parameters.size()));
+  system.A.rightCols(system.A.cols() - n_geometry).setZero();
   system.b.resize(rows);
   const Eigen::Vector3d weight(1 / sigma.xy_mm, 1 / sigma.xy_mm,
                                options.attitude_weight / sigma.phi_rad);
@@ -119,7 +121,9 @@ void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Re
   for (std::size_t j = 0; j < readings.size(); ++j) {
     const auto known = offsets.find(readings[j].conditions.epoch);
     const EpochOffset offset = known == offsets.end() ? EpochOffset{} : known->second;
-    const ForwardResult at = modelled_pose(rails, mechanism.home, readings[j], offset);
+    const ForwardResult at =
+        modelled_pose(rails, system.poses[j], mechanism.home, readings[j], offset);
+    system.poses[j] = at.pose;
     const ErrorJacobian J_e = weight.asDiagonal() * error_jacobian(rails, at.at);
     const auto row = static_cast<Eigen::Index>(3 * j);
     system.b.segment<3>(row) = weight.cwiseProduct(pose_difference(*readings[j].measured, at.pose) -

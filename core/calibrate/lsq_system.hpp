@@ -15,6 +15,7 @@ struct LsqSystem {
   Eigen::VectorXd b;
   std::vector<ScaledParameter> parameters;
   std::vector<int> epochs;  // of each column, 1 for the geometry
+  std::vector<Pose> poses;  // modelled, of each reading: where the next linearisation looks first
 };
 
 /// The readings linearised at `mechanism` and, for later epochs, at `offsets`:

@@ -9,10 +9,15 @@ std::vector<SimulatedError> simulated_errors(const Correction& correction,
                                              const Mechanism& mechanism,
                                              std::span<const Reading> readings) {
   std::vector<SimulatedError> errors;
+  const RailFrames nominal_rails = rail_frames(mechanism.geometry);
+  const auto* identified = std::get_if<GeometryCorrection>(&correction);
+  const RailFrames rails = identified ? rail_frames(identified->geometry) : nominal_rails;
   for (const Reading& r : readings) {
     if (!r.measured) continue;
-    const ForwardResult nominal = forward(mechanism.geometry, r.conditions.cmd_mm, mechanism.home);
-    const ForwardResult simulated = believed(correction, mechanism, r.conditions);
+    const Displacements& cmd_mm = r.conditions.cmd_mm;
+    const ForwardResult nominal = forward(nominal_rails, cmd_mm, r.target);  // which is near
+    const ForwardResult simulated = identified ? forward(rails, cmd_mm, r.target)
+                                               : believed(correction, mechanism, r.conditions);
     if (!nominal.ok() || !simulated.ok()) {
       throw InputError({.what = "the command of this reading cannot be simulated",
                         .where = {.point = "seq " + std::to_string(r.seq)},

@@ -189,6 +189,7 @@ def lsq(mechanism, tracker, cmd, measured, tolerance, steps=10, least_signal=0.0
     """The paper's 18 parameters by repeated linear least squares of least change: chains [3, 7], and the standard
     uncertainties in tolerances."""
     chains, columns = mechanism.copy(), [7 * i + k for i in range(3) for k in range(6)]
+    previous = 0
     directions = None  # that the readings tell at the start: later steps stay in them
     for _ in range(steps):
         X = forward(chains, cmd, measured)
@@ -202,8 +203,10 @@ def lsq(mechanism, tracker, cmd, measured, tolerance, steps=10, least_signal=0.0
             uncertainty = np.sqrt(((directions / s[:rank]) ** 2).sum(1))
         z = directions @ np.linalg.lstsq(A @ directions, (b / tracker).ravel(), rcond=None)[0]
         chains[:, :6] += (z * tolerance).reshape(3, 6)
-        if np.abs(z).max() < 1e-6:
+        size = np.abs(z).max()
+        if (size * min(1, size / previous) if previous else size) < 1e-6:  # the next step, as the last ones shrink
             break
+        previous = size
     return chains, uncertainty
 
 

@@ -24,6 +24,18 @@ TEST_CASE("p95 interpolates between order statistics whatever the order of the v
   CHECK_THAT(summarise(values).p95, WithinAbs(0.95 * 21, 1e-14));  // between 19 and 20
 }
 
+TEST_CASE("two quantiles at once are those found one by one", "[assess]") {
+  Random random(3);
+  for (const std::size_t n : {1, 2, 3, 7, 200}) {
+    std::vector<double> values;
+    for (std::size_t k = 0; k < n; ++k) values.push_back(static_cast<double>(random.below(9)));
+    for (const auto [low, high] : {std::pair(0.025, 0.975), {0.5, 0.5}, {0.0, 1.0}, {0.49, 0.51}}) {
+      CHECK(quantiles(values, low, high) ==
+            std::pair(quantile(values, low), quantile(values, high)));
+    }
+  }
+}
+
 TEST_CASE("one value is its own mean, extremes and 95 % point", "[assess]") {
   const double one = 0.25;
   const Summary s = summarise({&one, 1});
