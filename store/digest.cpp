@@ -47,15 +47,19 @@ Digest& Digest::operator<<(std::nullopt_t) {
   return *this;
 }
 
+void Digest::add_number(char type, std::uint64_t bits) {
+  std::array<unsigned char, 9> bytes{static_cast<unsigned char>(type)};
+  std::ranges::copy(little_endian(bits), bytes.begin() + 1);
+  append(bytes.data(), bytes.size());
+}
+
 Digest& Digest::operator<<(std::int64_t value) {
-  const auto bytes = little_endian(static_cast<std::uint64_t>(value));
-  add('i', bytes.data(), bytes.size());
+  add_number('i', static_cast<std::uint64_t>(value));
   return *this;
 }
 
 Digest& Digest::operator<<(double value) {
-  const auto bytes = little_endian(std::bit_cast<std::uint64_t>(value + 0.0));
-  add('r', bytes.data(), bytes.size());
+  add_number('r', std::bit_cast<std::uint64_t>(value + 0.0));
   return *this;
 }
 

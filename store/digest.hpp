@@ -35,6 +35,7 @@ class Digest {
 
  private:
   void add(char type, const void* bytes, std::size_t size);
+  void add_number(char type, std::uint64_t bits);
   void append(const void* bytes, std::size_t size);
   Sha256State state_ = kSha256Start;
   std::array<unsigned char, 16 * kSha256BlockBytes> buffer_;  // a reading fits

@@ -23,7 +23,7 @@ void insert_rows(Connection& connection, const std::string& table, int columns,
   for (std::size_t first = 0; first < rows.size(); first += kRowsAStatement) {
     const std::size_t end = std::min(first + kRowsAStatement, rows.size());
     std::string sql = "INSERT INTO " + table + " VALUES " + one;
-    for (std::size_t row = first + 1; row < end; ++row) sql += "," + one;
+    for (std::size_t row = first + 1; row < end; ++row) sql.append(",").append(one);
     Statement insert(connection, sql);
     for (std::size_t row = first; row < end; ++row) bind(insert, rows[row]);
     insert.run();

@@ -39,13 +39,6 @@ void add_statistics(Connection& connection, Id job_id, const std::vector<Statist
   });
 }
 
-void add_points(Connection& connection, Id job_id, const std::vector<JobPoint>& points) {
-  insert_rows(connection, "job_point", 9, points, [&](Statement& row, const JobPoint& p) {
-    row << job_id << p.seq << p.in_sample << p.before.x_mm << p.before.y_mm << p.before.phi_rad
-        << p.after.x_mm << p.after.y_mm << p.after.phi_rad;
-  });
-}
-
 Id add_row(Connection& connection, const NewJob& job) {
   const Provenance program = this_program();
   Statement insert(connection,
@@ -88,21 +81,6 @@ std::vector<Statistic> statistics(Connection& connection, Id job_id) {
   return all;
 }
 
-std::vector<JobPoint> job_points(Connection& connection, Id job_id) {
-  std::vector<JobPoint> all;
-  Statement rows(connection,
-                 "SELECT seq, in_sample, before_x_mm, before_y_mm, before_phi_rad, after_x_mm, "
-                 "after_y_mm, after_phi_rad FROM job_point WHERE job_id = ? ORDER BY seq");
-  rows << job_id;
-  while (rows.step()) {
-    all.push_back({.seq = static_cast<int>(rows.integer(0)),
-                   .in_sample = rows.integer(1) != 0,
-                   .before = {rows.real(2), rows.real(3), rows.real(4)},
-                   .after = {rows.real(5), rows.real(6), rows.real(7)}});
-  }
-  return all;
-}
-
 }  // namespace
 
 Id add_job(Connection& connection, const NewJob& job) {
@@ -113,7 +91,6 @@ Id add_job(Connection& connection, const NewJob& job) {
   add_links(connection, id, "job_parent", job.parents);
   add_key_parts(connection, id, job.key);
   add_statistics(connection, id, job.statistics);
-  add_points(connection, id, job.points);
   seal(connection, "job", id);
   transaction.commit();
   return id;
@@ -172,8 +149,22 @@ Job get_job(Connection& connection, Id job_id) {
   parts << job_id;
   while (parts.step()) job.data.key.parts.emplace(parts.text(0), parts.text(1));
   job.data.statistics = statistics(connection, job_id);
-  job.data.points = job_points(connection, job_id);
   return job;
+}
+
+std::vector<JobPoint> stored_points(Connection& connection, Id job_id) {
+  std::vector<JobPoint> all;
+  Statement rows(
+      connection,
+      "SELECT seq, in_sample, after_x_mm, after_y_mm, after_phi_rad FROM job_point WHERE "
+      "job_id = ? ORDER BY seq");
+  rows << job_id;
+  while (rows.step()) {
+    all.push_back({.seq = static_cast<int>(rows.integer(0)),
+                   .in_sample = rows.integer(1) != 0,
+                   .after = {rows.real(2), rows.real(3), rows.real(4)}});
+  }
+  return all;
 }
 
 std::vector<JobRow> list_jobs(Connection& connection, std::optional<Id> campaign_id) {

@@ -27,11 +27,10 @@ struct Statistic {
   std::optional<Summary> after = {};
 };
 
-/// Pose error of one reading: measured minus target before, predicted after.
+/// Pose error of one reading that is predicted after the correction.
 struct JobPoint {
   int seq = 0;
   bool in_sample = false;
-  Pose before = {};
   Pose after = {};
 };
 
@@ -48,7 +47,6 @@ struct NewJob {
   std::vector<Id> exclusions = {};  // honoured
   std::vector<Id> parents = {};
   std::vector<Statistic> statistics = {};
-  std::vector<JobPoint> points = {};
   double duration_s = 0;
 };
 
@@ -72,6 +70,10 @@ bool has_job(Connection& connection, Id campaign_id, std::string_view key);
 std::optional<Id> newest_job(Connection& connection, Id campaign_id, std::string_view stage);
 /// @throws NotFoundError
 Job get_job(Connection& connection, Id job_id);
+
+/// Points of a job that was stored before version 4 of the schema: later ones have them in the
+/// result (app/job/points.hpp).
+std::vector<JobPoint> stored_points(Connection& connection, Id job_id);
 
 struct JobRow {
   Id id = 0;

@@ -34,4 +34,9 @@ Snapshot::~Snapshot() {
   sqlite3_exec(connection_.handle(), "COMMIT", nullptr, nullptr, nullptr);
 }
 
+std::int64_t data_version(Connection& connection) {
+  Statement version(connection, "PRAGMA data_version");
+  return version.step() ? version.integer(0) : 0;
+}
+
 }  // namespace trammel::store

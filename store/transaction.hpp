@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "store/connection.hpp"
 
 namespace trammel::store {
@@ -35,5 +37,8 @@ class Snapshot {
   Connection& connection_;
   bool outermost_ = false;
 };
+
+/// Another number than before when any other connection has committed a change since.
+std::int64_t data_version(Connection& connection);
 
 }  // namespace trammel::store

@@ -9,6 +9,7 @@
 
 #include "core/calibrate/model_uncertainty.hpp"
 #include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {

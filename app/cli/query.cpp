@@ -106,7 +106,8 @@ void setup_query(CLI::App& app, Context& context) {
   CLI::App* query = app.add_subcommand(
       "query",
       "Answer one SELECT on the database, read only; export a table or view.\n"
-      "Views: v_accuracy, v_point_error, v_job, v_drift, v_point_status; see store/README.md.\n"
+      "Views: v_accuracy, v_point_error, v_job, v_job_point, v_drift, v_point_status; see\n"
+      "store/README.md. "
       "Ten questions with their answers: examples/queries");
   query->add_option("SQL", options->sql, "One SELECT, or the name of a table or view: all of it")
       ->required();

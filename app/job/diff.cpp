@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "app/job/points.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
 #include "core/assess/deviation.hpp"
@@ -51,14 +52,16 @@ Json by_name(const std::vector<store::Statistic>& statistics) {
 }
 
 bool same_point(const store::JobPoint& a, const store::JobPoint& b) {
-  return a.seq == b.seq && a.in_sample == b.in_sample && a.before == b.before && a.after == b.after;
+  return a.seq == b.seq && a.in_sample == b.in_sample && a.after == b.after;
 }
 
-Json point_differences(const store::NewJob& a, const store::NewJob& b) {
+using Points = std::vector<store::JobPoint>;
+
+Json point_differences(const Points& a, const Points& b) {
   std::map<int, const store::JobPoint*> of_b;
-  for (const store::JobPoint& p : b.points) of_b.emplace(p.seq, &p);
+  for (const store::JobPoint& p : b) of_b.emplace(p.seq, &p);
   Json all = Json::array();
-  for (const store::JobPoint& p : a.points) {
+  for (const store::JobPoint& p : a) {
     const auto found = of_b.find(p.seq);
     if (found == of_b.end() || same_point(p, *found->second)) continue;
     const store::JobPoint& q = *found->second;
@@ -75,9 +78,9 @@ Json point_differences(const store::NewJob& a, const store::NewJob& b) {
   return all;
 }
 
-std::set<int> seqs_of(const store::NewJob& job) {
+std::set<int> seqs_of(const Points& points) {
   std::set<int> seqs;
-  for (const store::JobPoint& p : job.points) seqs.insert(p.seq);
+  for (const store::JobPoint& p : points) seqs.insert(p.seq);
   return seqs;
 }
 
@@ -177,12 +180,12 @@ Json changed_parts(const store::JobKey& then, const store::JobKey& now) {
 
 bool same_outcome(const store::NewJob& a, const store::NewJob& b) {
   return same_result(a.result_json, b.result_json) &&
-         statistics_json(a.statistics) == statistics_json(b.statistics) &&
-         std::ranges::equal(a.points, b.points, same_point);
+         statistics_json(a.statistics) == statistics_json(b.statistics);
 }
 
 Json job_differences(store::Connection& connection, const store::Job& a, const store::Job& b) {
-  const std::set<int> in_a = seqs_of(a.data), in_b = seqs_of(b.data);
+  const Points points_a = points_of(connection, a), points_b = points_of(connection, b);
+  const std::set<int> in_a = seqs_of(points_a), in_b = seqs_of(points_b);
   const bool one_campaign = a.data.campaign_id == b.data.campaign_id;
   const Json only_a = only_in(in_a, in_b);
   return {
@@ -205,7 +208,7 @@ Json job_differences(store::Connection& connection, const store::Job& a, const s
        {{"a", one_campaign ? only_a : Json::array()},
         {"b", one_campaign ? only_in(in_b, in_a) : Json::array()}}},
       {"common_readings", one_campaign ? in_a.size() - only_a.size() : 0},
-      {"points", one_campaign ? point_differences(a.data, b.data) : Json::array()}};
+      {"points", one_campaign ? point_differences(points_a, points_b) : Json::array()}};
 }
 
 std::string job_differences_text(const Json& d) {

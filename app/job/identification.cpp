@@ -38,7 +38,7 @@ Json parameter_json(const Identification& of, const Scaled& s, std::size_t k) {
   const ScaledParameter& p = of.parameters[k];
   const auto row = static_cast<Eigen::Index>(k);
   const bool identified = of.known.identified[k];
-  Json json = Json::object();
+  Json json = object_of(5);
   json["name"] = p.name;
   json["unit"] = !p.unit.empty() ? p.unit : p.is_angle ? "deg" : "mm";
   json["identified"] = identified;
@@ -52,7 +52,7 @@ Json parameter_json(const Identification& of, const Scaled& s, std::size_t k) {
 }
 
 Json base_json(const IdentifiedCombination& c) {
-  Json json = Json::object();
+  Json json = object_of(5);
   json["name"] = c.name;
   json["unit"] = c.unit;
   json["alone"] = c.alone;
@@ -69,10 +69,9 @@ struct Beyond {
 /// Base parameters of the machined geometry that are further off than machining puts them, by more
 /// than the reading's noise explains (of.covariance: what the model lacks is no excuse here, it is
 /// what the alarm looks for).
-std::vector<Beyond> beyond_tolerance(const Identification& of) {
+std::vector<Beyond> beyond_tolerance(const Identification& of, const Scaled& s) {
   std::vector<Beyond> found;
-  for (const IdentifiedCombination& c :
-       identified_combinations(of.known, of.parameters, of.covariance, of.values)) {
+  for (const IdentifiedCombination& c : s.base) {
     double square = 0;
     bool machined = true;
     for (const int k : c.members) {
@@ -82,7 +81,8 @@ std::vector<Beyond> beyond_tolerance(const Identification& of) {
     }
     const double tolerance = std::sqrt(square);
     const double off = std::abs(*c.value);
-    if (machined && off - 2 * c.standard_uncertainty > kAbsorbed * tolerance) {
+    const double uncertainty = c.standard_uncertainty / of.goodness.scale;
+    if (machined && off - 2 * uncertainty > kAbsorbed * tolerance) {
       found.push_back({c.name, off / tolerance});
     }
   }
@@ -101,10 +101,7 @@ std::string goodness_words(const Goodness& g) {
                      g.limit, 1 / kFalseMisfit);
 }
 
-}  // namespace
-
-Json identification_json(const Identification& of) {
-  const Scaled s = scaled(of);
+Json details_of(const Identification& of, const Scaled& s, const std::vector<Beyond>& beyond) {
   const Observability& o = of.known.observability;
   Json json = {
       {"columns", of.known.singular.size()},
@@ -124,16 +121,16 @@ Json identification_json(const Identification& of) {
                                     {"b", s.base[static_cast<std::size_t>(c.b)].name},
                                     {"r", c.r}});
   }
-  for (const Beyond& b : beyond_tolerance(of)) {
+  for (const Beyond& b : beyond) {
     json["beyond_tolerance"].push_back({{"name", b.name}, {"tolerances", b.tolerances}});
   }
   return json;
 }
 
-std::vector<std::string> identification_words(const Identification& of) {
-  const Scaled s = scaled(of);
+std::vector<std::string> words_of(const Identification& of, const Scaled& s,
+                                  const std::vector<Beyond>& beyond) {
   std::vector<std::string> words = in_words(of.known, of.parameters, s.base, s.correlated);
-  for (const Beyond& b : beyond_tolerance(of)) {
+  for (const Beyond& b : beyond) {
     words.push_back(fmt::format(
         "absorption alarm: {} is {:.1f} tolerances from nominal: probably soaking up an unmodelled "
         "effect",
@@ -141,6 +138,14 @@ std::vector<std::string> identification_words(const Identification& of) {
   }
   words.push_back(goodness_words(of.goodness));
   return words;
+}
+
+}  // namespace
+
+IdentificationReport identification_report(const Identification& of) {
+  const Scaled s = scaled(of);
+  const std::vector<Beyond> beyond = beyond_tolerance(of, s);
+  return {details_of(of, s, beyond), words_of(of, s, beyond)};
 }
 
 std::string identified_table(const Json& details) {

@@ -21,15 +21,18 @@ struct Identification {
   Goodness goodness;
 };
 
-/// Rank, observability, every parameter (a number only beside one that is identified by itself),
-/// the base parameters ("identified", less those that were dropped: they have no variance), strong
-/// correlations, and parameters far outside their machining tolerance ("beyond_tolerance").
-/// Standard uncertainties are scaled by goodness.scale.
-Json identification_json(const Identification& of);
+struct IdentificationReport {
+  Json details;
+  std::vector<std::string> words;
+};
 
-/// The same in sentences, with U (k = 2): what is identified and what is not, the absorption alarm,
-/// and what the residuals say of the model.
-std::vector<std::string> identification_words(const Identification& of);
+/// In `details` rank, observability, every parameter (a number only beside one that is identified
+/// by itself), the base parameters ("identified", less those that were dropped: they have no
+/// variance), strong correlations, and parameters far outside their machining tolerance
+/// ("beyond_tolerance"). Standard uncertainties are scaled by goodness.scale. In `words` the same
+/// in sentences, with U (k = 2): what is identified and what is not, the absorption alarm, and what
+/// the residuals say of the model.
+IdentificationReport identification_report(const Identification& of);
 
 /// A table of the base parameters in a job's details: name, change from nominal, U (k = 2), unit.
 std::string identified_table(const Json& details);

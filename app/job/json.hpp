@@ -11,7 +11,15 @@ using Json = nlohmann::ordered_json;
 
 inline Json optional_json(const auto& value) { return value ? Json(*value) : Json(nullptr); }
 
-/// The canonical text (store/job_key.hpp) of a document: keys sorted, no spaces.
+/// An object with room for so many members.
+inline Json object_of(std::size_t members) {
+  Json::object_t object;
+  object.reserve(members);
+  return object;
+}
+
+/// The canonical text (store/job_key.hpp) of a document: keys sorted, no spaces. Every number is
+/// finite.
 std::string canonical_text(const Json& json);
 
 /// The number named `name`; none when it is missing or null.

@@ -15,8 +15,8 @@ namespace trammel::job {
 
 namespace {
 
-constexpr std::size_t kBatch = 64;     // jobs a commit
-constexpr std::size_t kWaiting = 256;  // found and not yet stored: threads wait beyond
+constexpr std::size_t kBatch = 128;    // jobs a commit
+constexpr std::size_t kWaiting = 512;  // found and not yet stored: threads wait beyond
 
 /// What a thread has found about a campaign: a job, or that one is known, or why there is none.
 struct Found {
@@ -112,18 +112,20 @@ Found find(store::Connection& connection, const Sweep& sweep, const Chosen& camp
   return found;
 }
 
-/// Stores a batch in one transaction; what changed under a job fails it.
+/// Stores a batch in one transaction; what changed under a job fails it. While nobody else has
+/// written since `version` nothing can have changed.
 void store_batch(store::Connection& connection, const std::deque<Found>& batch, bool dry_run,
-                 SweepResult& result) {
+                 std::int64_t version, SweepResult& result) {
   std::optional<store::Transaction> transaction;
   if (!dry_run) transaction.emplace(connection);
+  const bool unchanged = dry_run || store::data_version(connection) == version;
   int computed = 0, reused = 0;
   for (const Found& found : batch) {
     if (!found.failure.empty()) {
       result.failed.push_back({found.campaign, found.failure});
     } else if (!found.job) {
       ++reused;
-    } else if (!dry_run && !still_holds(connection, *found.job)) {
+    } else if (!unchanged && !still_holds(connection, *found.job)) {
       result.failed.push_back({found.campaign, "the readings changed while they were calibrated"});
     } else {
       if (!dry_run) store::add_job(connection, found.job->job);
@@ -140,6 +142,7 @@ void store_batch(store::Connection& connection, const std::deque<Found>& batch, 
 SweepResult rerun_all(store::Connection& connection, const Sweep& sweep) {
   const Stage& stage = find_stage(sweep.stage);
   if (!sweep.parameters.is_null()) static_cast<void>(stage.complete(sweep.parameters));
+  const std::int64_t version = store::data_version(connection);
   const std::vector<Chosen> campaigns = chosen_campaigns(connection.file(), sweep.where);
   SweepResult result{.campaigns = static_cast<int>(campaigns.size()), .failed = {}};
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
@@ -167,7 +170,7 @@ SweepResult rerun_all(store::Connection& connection, const Sweep& sweep) {
   for (unsigned t = 0; t < n_threads; ++t) threads.emplace_back(produce);
   try {
     for (auto batch = belt.take(); !batch.empty(); batch = belt.take()) {
-      store_batch(connection, batch, sweep.dry_run, result);
+      store_batch(connection, batch, sweep.dry_run, version, result);
       sweep.progress(result.computed + result.reused + static_cast<int>(result.failed.size()),
                      result.campaigns);
       if (!result.stopped && sweep.stop()) result.stopped = stop = true;

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "app/job/points.hpp"
 #include "core/assess/bootstrap.hpp"
 #include "core/assess/deviation.hpp"
 #include "core/assess/hull.hpp"
@@ -115,16 +116,22 @@ class FittedTargets {
   std::set<std::array<long long, 3>> cells_;
 };
 
-/// Every measured reading the correction can be judged on, with its error before and after. A
+/// A reading with its error as measured, and as predicted after the correction.
+struct Judged {
+  store::JobPoint point;
+  Pose before;
+};
+
+/// Every measured reading the correction can be judged on. A
 /// validation reading where the correction was fitted is not held out: it counts as in-sample.
-std::vector<store::JobPoint> judge(const Campaign& campaign, const Correction& correction) {
+std::vector<Judged> judge(const Campaign& campaign, const Correction& correction) {
   const FittedTargets fitted(campaign);
   std::vector<Reading> measured;
   for (const Reading& r : campaign.readings) {
     if (r.measured) measured.push_back(r);
   }
   const auto all_after = predicted_after(correction, campaign.mechanism, measured);
-  std::vector<store::JobPoint> points;
+  std::vector<Judged> points;
   for (std::size_t k = 0; k < measured.size(); ++k) {
     const Reading& r = measured[k];
     const ForwardResult& after = all_after[k];
@@ -132,10 +139,10 @@ std::vector<store::JobPoint> judge(const Campaign& campaign, const Correction& c
       throw InputError({.what = "the corrected robot cannot reach a target of the campaign",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
     }
-    points.push_back({.seq = r.seq,
-                      .in_sample = r.set == ReadingSet::identify || fitted.holds(r.target),
-                      .before = difference(*r.measured, r.target),
-                      .after = difference(after.pose, r.target)});
+    points.push_back({{.seq = r.seq,
+                       .in_sample = r.set == ReadingSet::identify || fitted.holds(r.target),
+                       .after = difference(after.pose, r.target)},
+                      difference(*r.measured, r.target)});
   }
   return points;
 }
@@ -144,14 +151,14 @@ store::Summary stored(const Summary& s) {
   return {.mean = s.mean, .max = s.max, .min = s.min, .p95 = s.p95, .n = static_cast<int>(s.n)};
 }
 
-std::vector<store::Statistic> statistics(const std::vector<store::JobPoint>& points) {
+std::vector<store::Statistic> statistics(const std::vector<Judged>& points) {
   std::vector<store::Statistic> all;
   for (const bool in_sample : {true, false}) {
     std::vector<double> position[2], attitude[2];
-    for (const store::JobPoint& p : points) {
+    for (const auto& [p, p_before] : points) {
       if (p.in_sample != in_sample) continue;
       for (const int after : {0, 1}) {
-        const Pose& error = after == 0 ? p.before : p.after;
+        const Pose& error = after == 0 ? p_before : p.after;
         position[after].push_back(position_error_mm(error, {}));
         attitude[after].push_back(deg_from_rad(attitude_error_rad(error, {})));
       }
@@ -168,14 +175,14 @@ std::vector<store::Statistic> statistics(const std::vector<store::JobPoint>& poi
 
 /// Interval of each improvement, and U (k = 2) of a held-out coordinate: twice its root mean
 /// square, the reading's noise included.
-Json improvements(const std::vector<store::JobPoint>& points) {
+Json improvements(const std::vector<Judged>& points) {
   Json all = Json::array();
   for (const bool in_sample : {true, false}) {
     std::vector<double> before, after;
     double squares = 0;
-    for (const store::JobPoint& p : points) {
+    for (const auto& [p, p_before] : points) {
       if (p.in_sample != in_sample) continue;
-      before.push_back(position_error_mm(p.before, {}));
+      before.push_back(position_error_mm(p_before, {}));
       after.push_back(position_error_mm(p.after, {}));
       squares += after.back() * after.back();
     }
@@ -211,22 +218,21 @@ std::vector<std::string> improvement_words(const Json& improvements) {
 
 /// A warning where the correction is judged beyond the points it was fitted to.
 std::vector<std::string> hull_words(const Campaign& campaign) {
-  std::vector<Place> fitted;
+  std::vector<Place> fitted, held_out;
   for (const Reading& r : campaign.readings) {
-    if (r.set == ReadingSet::identify) fitted.push_back({r.target.x_mm, r.target.y_mm});
+    const Place place{r.target.x_mm, r.target.y_mm};
+    if (r.set == ReadingSet::identify) fitted.push_back(place);
+    if (r.set == ReadingSet::validate) held_out.push_back(place);
   }
+  if (held_out.empty()) return {};
   const std::vector<Place> hull = convex_hull(fitted);
-  int outside = 0, all = 0;
-  for (const Reading& r : campaign.readings) {
-    if (r.set != ReadingSet::validate) continue;
-    ++all;
-    outside += inside(hull, {r.target.x_mm, r.target.y_mm}) ? 0 : 1;
-  }
+  const auto outside =
+      std::ranges::count_if(held_out, [&](const Place& place) { return !inside(hull, place); });
   if (outside == 0) return {};
   return {
       fmt::format("warning: {} of {} held-out points lie outside the convex hull of the fitted "
                   "ones: there the correction extrapolates",
-                  outside, all)};
+                  outside, held_out.size())};
 }
 
 /// Where validation points stand on fitted ones, and where nothing is held out.
@@ -272,9 +278,11 @@ store::NewJob computed(const Inputs& in) {
   const auto start = std::chrono::steady_clock::now();
   StageResult result = in.stage->run(in.loaded.campaign, in.parameters);
   store::NewJob job = begun(in);
-  job.points = judge(in.loaded.campaign, result.correction);
-  job.statistics = statistics(job.points);
-  const Json gains = improvements(job.points);
+  const std::vector<Judged> judged = judge(in.loaded.campaign, result.correction);
+  job.statistics = statistics(judged);
+  const Json gains = improvements(judged);
+  std::vector<store::JobPoint> points;
+  for (const Judged& j : judged) points.push_back(j.point);
   for (const auto& more : {improvement_words(gains), hull_words(in.loaded.campaign),
                            held_out_words(in.loaded.campaign)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
@@ -284,6 +292,7 @@ store::NewJob computed(const Inputs& in) {
                               {"words", std::move(result.words)},
                               {"improvements", gains},
                               {"after", "predicted"},
+                              {"points", points_json(points)},
                               {"timing", std::move(result.timing)}};
   job.result_json = canonical_text(stored_result);
   job.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -117,9 +117,10 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
       .n_geometry = static_cast<std::size_t>(std::ranges::count_if(result.parameters, is_geometry)),
       .goodness =
           goodness(result.chi2, result.n_equations - result.rank, noise.degrees_of_freedom)};
+  IdentificationReport told = identification_report(found);
   StageResult out{.correction = GeometryCorrection{result.geometry},
-                  .details = identification_json(found),
-                  .words = identification_words(found)};
+                  .details = std::move(told.details),
+                  .words = std::move(told.words)};
   out.details["equations"] = result.n_equations;
   out.details["rank_solved"] = result.rank;
   out.details["weighted_rss"] = result.weighted_rss;
@@ -142,7 +143,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
 
 Stage lsq_stage() {
   return {.name = "lsq",
-          .algorithm_version = 5,
+          .algorithm_version = 6,
           .what = "the paper's linear least squares on all readings, with its rank",
           .complete = complete_lsq,
           .run = run_lsq};

@@ -197,16 +197,15 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
       .covariance = scales.asDiagonal() * result.covariance * scales.asDiagonal(),
       .n_geometry = kGeometryParameters,
       .goodness = goodness(judged_chi2(result, robust), result.dof, noise.degrees_of_freedom)};
-  out.details = identification_json(found);
+  IdentificationReport told = identification_report(found);
+  out.details = std::move(told.details);
   out.details["noise"] = noise.words;
   out.details["converged"] = result.status == GeometryFit::Status::converged;
   out.details["iterations"] = result.iterations;
   out.details["damped_steps"] = result.damped;
   out.details["equations"] = 3 * rows.size();
   out.details["weighted_rss"] = result.chi2;
-  for (std::string& sentence : identification_words(found)) {
-    out.words.push_back(std::move(sentence));
-  }
+  std::ranges::move(told.words, std::back_inserter(out.words));
   halves(result, rows, out);
   outliers(result, rows, robust, out);
   if (result.status != GeometryFit::Status::converged) {
@@ -334,7 +333,7 @@ StageResult run_gp(const Campaign& campaign, const Json&) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 5,
+          .algorithm_version = 6,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete_model,
           .run = run_geometry};
@@ -342,7 +341,7 @@ Stage geometry_stage() {
 
 Stage gp_stage() {
   return {.name = "gp",
-          .algorithm_version = 2,
+          .algorithm_version = 3,
           .what = "Gaussian-process regression of joint errors",
           .complete = complete_gp,
           .run = run_gp};
@@ -351,7 +350,7 @@ Stage gp_stage() {
 Stage hybrid_stage() {
   return {
       .name = "hybrid",
-      .algorithm_version = 5,
+      .algorithm_version = 6,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
       .run = run_hybrid};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,27 +24,27 @@ void require_pairs(std::span<const double> a, std::span<const double> b) {
 }
 
 constexpr std::size_t kSideBySide = 4;        // resamples: a sum waits for its last addition
-constexpr std::size_t kKeptPicks = 1U << 20;  // 4 MB
+constexpr std::size_t kKeptPicks = 1U << 20;  // 2 MB
 
-using Picks = std::vector<std::uint32_t>;
-
-void draw(Random& random, std::size_t n, std::span<std::uint32_t> picks) {
-  for (std::uint32_t& pick : picks) pick = static_cast<std::uint32_t>(random.below(n));
+template <class Pick>
+void draw(Random& random, std::size_t n, std::span<Pick> picks) {
+  for (Pick& pick : picks) pick = static_cast<Pick>(random.below(n));
 }
 
 /// Which points all resamples take, one after the other. They depend on the seed and the number of
 /// points alone: campaigns of an archive share them, and drawing is most of the work.
-const Picks& kept_picks(std::uint64_t seed, std::size_t n, std::size_t replicates) {
+const std::vector<std::uint16_t>& kept_picks(std::uint64_t seed, std::size_t n,
+                                             std::size_t replicates) {
   struct Kept {
     std::uint64_t seed = 0;
     std::size_t n = 0;
-    Picks picks = {};
+    std::vector<std::uint16_t> picks = {};
   };
   thread_local Kept last;
   if (last.seed != seed || last.n != n || last.picks.size() != n * replicates) {
     Random random = Random::stream(seed, "bootstrap");
-    last = {seed, n, Picks(n * replicates)};
-    draw(random, n, last.picks);
+    last = {seed, n, std::vector<std::uint16_t>(n * replicates)};
+    draw<std::uint16_t>(random, n, last.picks);
   }
   return last.picks;
 }
@@ -53,26 +54,30 @@ template <class Figure>
 Interval resampled(std::span<const double> a, std::span<const double> b, std::uint64_t seed,
                    int replicates, const Figure& figure) {
   const std::size_t n = a.size(), all = static_cast<std::size_t>(replicates);
-  const bool keep = n * all <= kKeptPicks;
-  const Picks* kept = keep ? &kept_picks(seed, n, all) : nullptr;
-  Random random = Random::stream(seed, "bootstrap");
-  Picks drawn(keep ? 0 : kSideBySide * n);
   std::vector<Real<2>> pairs;
   for (std::size_t k = 0; k < n; ++k) pairs.push_back(Real<2>{a[k], b[k]});
   std::vector<double> figures;
-  figures.reserve(all);
-  for (std::size_t r = 0; r < all; r += kSideBySide) {
-    const std::size_t count = std::min(kSideBySide, all - r);
-    if (!keep) draw(random, n, std::span(drawn).first(count * n));
-    const std::uint32_t* group = keep ? kept->data() + r * n : drawn.data();
-    std::array<const std::uint32_t*, kSideBySide> from{};
-    for (std::size_t s = 0; s < kSideBySide; ++s) from[s] = group + std::min(s, count - 1) * n;
+  figures.reserve(all + kSideBySide);
+  const auto add = [&](const auto* picks) {
     std::array<Real<2>, kSideBySide> sum{};
     for (std::size_t k = 0; k < n; ++k) {
-      for (std::size_t s = 0; s < kSideBySide; ++s) sum[s] += pairs[from[s][k]];
+      for (std::size_t s = 0; s < kSideBySide; ++s) sum[s] += pairs[picks[s * n + k]];
     }
-    for (std::size_t s = 0; s < count; ++s) figures.push_back(figure(sum[s][0], sum[s][1]));
+    for (const Real<2>& s : sum) figures.push_back(figure(s[0], s[1]));
+  };
+  const std::size_t groups = (all + kSideBySide - 1) / kSideBySide, group = kSideBySide * n;
+  if (groups * group <= kKeptPicks && n <= std::numeric_limits<std::uint16_t>::max()) {
+    const auto& picks = kept_picks(seed, n, groups * kSideBySide);
+    for (std::size_t g = 0; g < groups; ++g) add(picks.data() + g * group);
+  } else {
+    Random random = Random::stream(seed, "bootstrap");
+    std::vector<std::uint32_t> picks(group);
+    for (std::size_t g = 0; g < groups; ++g) {
+      draw<std::uint32_t>(random, n, picks);
+      add(picks.data());
+    }
   }
+  figures.resize(all);  // the last group may have made some more
   const auto [low, high] = quantiles(figures, 0.025, 0.975);
   return {low, high};
 }

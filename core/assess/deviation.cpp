@@ -14,7 +14,7 @@ double position_error_mm(const Pose& measured, const Pose& wanted) {
 
 Eigen::Vector3d pose_difference(const Pose& measured, const Pose& wanted) {
   Eigen::Vector3d d = measured.vector() - wanted.vector();
-  d[2] = std::remainder(d[2], 2 * kPi);
+  if (std::abs(d[2]) > kPi) d[2] = std::remainder(d[2], 2 * kPi);
   return d;
 }
 

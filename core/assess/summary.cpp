@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,19 +29,22 @@ void require_finite(std::span<const double> values) {
   }
 }
 
-std::size_t place_of(double q, std::size_t n) {
-  return static_cast<std::size_t>(q * static_cast<double>(n - 1));
-}
-
-/// The quantile of v, whose `n_smallest` smallest stand in front.
-double quantile_among(std::vector<double>& v, std::size_t n_smallest, double q) {
-  const auto at = v.begin() + static_cast<std::ptrdiff_t>(place_of(q, v.size()));
-  const auto end = v.begin() + static_cast<std::ptrdiff_t>(n_smallest);
-  std::nth_element(v.begin(), at, end);
-  if (at + 1 == v.end()) return *at;
+/// The quantile of v, and v in another order. Near an end few are sorted.
+double quantile_among(std::vector<double>& v, double q) {
+  constexpr std::ptrdiff_t kFew = 8;  // of the values, the share
   const double h = q * static_cast<double>(v.size() - 1);
-  return *at +
-         (h - std::floor(h)) * (*std::min_element(at + 1, at + 1 < end ? end : v.end()) - *at);
+  const auto place = static_cast<std::ptrdiff_t>(h), n = std::ssize(v);
+  if (place + 1 == n) return *std::ranges::max_element(v);
+  const auto at = v.begin() + place;
+  if (kFew * (place + 2) <= n) {
+    std::partial_sort(v.begin(), at + 2, v.end());
+  } else if (kFew * (n - place) <= n) {
+    std::partial_sort(v.rbegin(), v.rbegin() + (n - place), v.rend(), std::greater<>());
+  } else {
+    std::nth_element(v.begin(), at, v.end());
+    std::iter_swap(at + 1, std::min_element(at + 1, v.end()));
+  }
+  return *at + (h - std::floor(h)) * (at[1] - *at);
 }
 
 }  // namespace
@@ -63,9 +67,8 @@ std::pair<double, double> quantiles(std::span<const double> values, double low, 
   TRAMMEL_ASSERT(low >= 0 && low <= high && high <= 1);
   require_finite(values);
   std::vector<double> v(values.begin(), values.end());
-  const double upper = quantile_among(v, v.size(), high);
-  const double lower = quantile_among(v, place_of(high, v.size()) + 1, low);
-  return {lower, upper};
+  const double lower = quantile_among(v, low);
+  return {lower, quantile_among(v, high)};
 }
 
 std::optional<double> improvement_pct(const Summary& before, const Summary& after) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "core/plan/grids.hpp"
 
 namespace trammel {

@@ -145,16 +145,19 @@ NormalEquations normal_equations(const Eigen::MatrixXd& A, const Eigen::VectorXd
                                  CpuLevel level) {
   TRAMMEL_ASSERT(A.rows() == b.size());
   const Eigen::Index n = A.cols();
-  const Eigen::MatrixXd work = filled_up(A, b);
-  const auto rows = static_cast<std::size_t>(work.rows());
+  if (A.rows() % Eigen::Index{kLanes} != 0) {
+    const Eigen::MatrixXd filled = filled_up(A, b);
+    return normal_equations(filled.leftCols(n), filled.col(n), level);
+  }
+  const auto rows = static_cast<std::size_t>(A.rows());
   NormalEquations system{Eigen::MatrixXd(n, n), Eigen::VectorXd(n)};
   at_level(level, [&]<int>() {
     for (Eigen::Index j = 0; j < n; ++j) {
-      const double* column = work.col(j).data();
+      const double* column = A.col(j).data();
       for (Eigen::Index k = 0; k <= j; ++k) {
-        system.AtA(j, k) = system.AtA(k, j) = dot(column, work.col(k).data(), 0, rows);
+        system.AtA(j, k) = system.AtA(k, j) = dot(column, A.col(k).data(), 0, rows);
       }
-      system.Atb[j] = dot(column, work.col(n).data(), 0, rows);
+      system.Atb[j] = dot(column, b.data(), 0, rows);
     }
   });
   return system;

@@ -176,14 +176,6 @@ void fill_residuals(const LsqSystem& system, const Eigen::VectorXd& z, double at
   result.sigma_ratio = freedom > 0 ? std::sqrt(result.chi2 / freedom) : 0;
 }
 
-/// What the values at hand mean, base parameter by base parameter, and in words.
-void tell(const std::vector<ScaledParameter>& parameters, LsqResult& result) {
-  result.base = identified_combinations(result.identifiability, parameters, result.covariance,
-                                        result.values());
-  result.words = in_words(result.identifiability, parameters, result.base,
-                          strong_correlations(result.base, result.covariance));
-}
-
 void require_equations(Eigen::Index rows, int rank) {
   if (rows >= 3 && rows >= rank && rank > 0) return;
   throw InputError({.what = "there are not enough readings to identify anything",
@@ -245,7 +237,6 @@ LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading>
          .dropped = !solution.kept[k],
          .standard_uncertainty = std::sqrt(solution.covariance(column, column))});
   }
-  tell(system.parameters, result);
   return result;
 }
 

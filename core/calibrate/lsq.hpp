@@ -49,11 +49,10 @@ struct LsqRound {
 
 struct LsqResult {
   std::vector<LsqParameter> parameters;
-  std::vector<IdentifiedCombination> base;  // as many as the rank of the full set of columns
-  Eigen::MatrixXd covariance;               // of the parameters, mm and rad, from the sigmas alone
-  Geometry geometry;                        // nominal plus the solution
-  std::map<int, EpochOffset> epochs;        // of later epochs with columns of their own
-  Identifiability identifiability;          // of the full set of columns
+  Eigen::MatrixXd covariance;         // of the parameters, mm and rad, from the sigmas alone
+  Geometry geometry;                  // nominal plus the solution
+  std::map<int, EpochOffset> epochs;  // of later epochs with columns of their own
+  Identifiability identifiability;    // of the full set of columns
   std::vector<LsqRound> rounds;
   int n_equations = 0;
   int steps = 1;                  // times the system was linearised and solved
@@ -64,7 +63,6 @@ struct LsqResult {
   double attitude_rms_sigma = 0;  // and of phi
   double sigma_ratio =
       0;  // sqrt(chi2 / (equations - rank)): 1 when noise explains all; 0 when none is left
-  std::vector<std::string> words;
 
   [[nodiscard]] Eigen::VectorXd values() const;  // of the parameters, mm and rad
 };

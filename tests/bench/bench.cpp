@@ -8,6 +8,7 @@
 #include "core/calibrate/least_squares.hpp"
 #include "core/calibrate/rbf.hpp"
 #include "core/mechanism/displacements.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "core/plan/grids.hpp"
 #include "core/random.hpp"
 #include "core/units.hpp"

@@ -3,6 +3,8 @@
 
 #include "store/job.hpp"
 #include "store/model.hpp"
+#include "store/seal.hpp"
+#include "store/transaction.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
 
@@ -33,7 +35,18 @@ void fill(Connection& db) {
   job.exclusions = {exclusion};
   job.parents = {parent};
   job.statistics = {{.set = "identify", .metric = "position_mm", .before = Summary{1, 2, 3, 4, 5}}};
-  job.points = {{.seq = 1}};
+  {
+    // As until version 3: written with the job, before its seal.
+    Transaction transaction(db);
+    db.execute(
+        "INSERT INTO job (campaign_id, key, run, stage, algorithm_version, parameters_json, "
+        "model_json, result_json, n_readings, tool_version, git_revision, compiler, libraries, "
+        "cpu_level, created_utc, duration_s) SELECT campaign_id, key, 9, stage, 1, '{}', '{}', "
+        "'{}', 6, '', '', '', '', '', created_utc, 0 FROM job LIMIT 1; INSERT INTO job_point "
+        "SELECT max(job_id), 1, 1, 0, 0, 0, 0.5, 0, 0 FROM job");
+    seal(db, "job", number(db, "SELECT max(job_id) FROM job"));
+    transaction.commit();
+  }
   add_model(db, {.campaign_id = campaign, .name = "nominal", .job_id = add_job(db, job)});
 }
 

@@ -131,3 +131,22 @@ TEST_CASE("a writer that waits too long says who is in the way, and what it had 
   add_campaign(second, test::small_campaign());
   CHECK(list_campaigns(first).size() == 1);
 }
+
+TEST_CASE("what a snapshot reads is one state of the database, whatever others write", "[store]") {
+  const TempFolder folder;
+  Connection writer = store::open(folder.file("lab.db"), Access::create);
+  import_campaign(writer, test::small_campaign(6, "first"));
+  Connection reader = store::open(folder.file("lab.db"), Access::read_only);
+  const auto campaigns = [&] { return number(reader, "SELECT count(*) FROM campaign"); };
+  {
+    const Snapshot snapshot(reader);
+    CHECK(campaigns() == 1);
+    import_campaign(writer, test::small_campaign(7, "second"));
+    {
+      const Snapshot part(reader);
+      CHECK(campaigns() == 1);
+    }
+    CHECK(campaigns() == 1);
+  }
+  CHECK(campaigns() == 2);
+}

@@ -73,7 +73,8 @@ TEST_CASE("v_accuracy pairs a compensated session with the baseline of the same 
   const Id baseline = test::measured_session(lab.writer, campaign, "baseline", 4);
   NewJob job{.campaign_id = campaign, .key = {std::string(64, 'a'), {}}, .stage = "idw"};
   job.sessions = {baseline};
-  job.points = {{.seq = 1, .in_sample = true}, {.seq = 2, .in_sample = true}};
+  job.result_json =
+      R"({"points":{"in_sample":[1,1],"phi_rad":[0.0,0.0],"seq":[1,2],"x_mm":[0.0,0.0],"y_mm":[0.0,0.0]}})";
   job.statistics = {{.set = "identify",
                      .metric = "position_mm",
                      .in_sample = true,

@@ -32,7 +32,6 @@ std::string whole_database(const TempFolder& folder) {
   add_event(db, session, "done");
   exclude_reading(db, campaign, 2, "bumped");
   NewJob job{.campaign_id = campaign, .key = {std::string(64, 'a'), {}}, .stage = "lsq"};
-  job.points = {{.seq = 1}};
   add_model(db, {.campaign_id = campaign, .name = "nominal", .job_id = add_job(db, job)});
   CHECK(verify(db).findings.empty());
   Connection(folder.file("lab.db"), Access::write)
@@ -153,7 +152,7 @@ TEST_CASE("verify finds rows that were changed, taken away or slipped in", "[sto
       {"exclusion", "DELETE FROM exclusion", "exclusion 1"},
       {"exclusion", "UPDATE exclusion SET reason = 'y'", "exclusion 1"},
       {"job", "UPDATE job SET result_json = '[]'", "job 1"},
-      {"job_point", "UPDATE job_point SET after_x_mm = 0.5", "job 1"},
+      {"job_point", "INSERT INTO job_point VALUES (1, 1, 1, 0, 0, 0, 0.5, 0, 0)", "job 1"},
       {"model", "UPDATE model SET name = 'better'", "model 1"},
       {"session_event", "DELETE FROM session_event", "session_event 1"},
       {"seal", "DELETE FROM seal WHERE table_name = 'model'", "model 1"},

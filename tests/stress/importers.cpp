@@ -88,7 +88,8 @@ void ask(store::Connection& db, const std::string& question) {
 void look_through(const fs::path& file) {
   store::Connection db = store::open(file, store::Access::read_only);
   static_cast<void>(store::verify(db));
-  for (const char* view : {"v_accuracy", "v_point_error", "v_job", "v_drift", "v_point_status"}) {
+  for (const char* view :
+       {"v_accuracy", "v_point_error", "v_job", "v_job_point", "v_drift", "v_point_status"}) {
     ask(db, view);
   }
   for (const store::CampaignRow& campaign : store::list_campaigns(db)) {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/calibrate/geometry_fit.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "core/plan/grids.hpp"
 #include "core/random.hpp"
 #include "core/simulate/virtual_robot.hpp"

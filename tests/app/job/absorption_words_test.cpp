@@ -1,4 +1,5 @@
 #include "app/job/stages.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/support/catch.hpp"
 

@@ -1,3 +1,4 @@
+#include "core/mechanism/inverse.hpp"
 // What a calibration says of its parameters, in words, JSON and the table of `trammel calibrate`.
 
 #include "app/job/run.hpp"

@@ -1,11 +1,17 @@
 #include "app/job/run.hpp"
+#include "app/job/points.hpp"
 
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "app/job/points.hpp"
 #include "app/job/text.hpp"
+#include "core/units.hpp"
+#include "store/backup.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
+#include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/paths.hpp"
 
 using namespace trammel;
 using namespace trammel::job;
@@ -36,7 +42,7 @@ TEST_CASE("each calibration stores its figures, in-sample and held-out apart", "
     CHECK(fitted.before->n == 80);
     CHECK(unseen.before->n == 48);
     CHECK(unseen.after->mean < unseen.before->mean / 2);
-    CHECK(outcome.job.data.points.size() == 128);
+    CHECK(points_of(paper.db, outcome.job).size() == 128);
     CHECK(outcome.job.data.sessions.size() == 1);
   }
   const auto idw = run(paper.db, {.campaign = "paper", .stage = "idw"});
@@ -145,7 +151,6 @@ TEST_CASE("a job is computed again from what it saw, whatever was added since", 
   CHECK(compute(paper.db, request_of(paper.db, job)).key.key != job.data.key.key);
   const store::NewJob again = recompute(paper.db, job);
   CHECK(again.key.key == job.data.key.key);
-  CHECK(again.points.size() == job.data.points.size());
   CHECK(store::canonical_json(again.result_json, "result") == job.data.result_json);
 }
 
@@ -155,7 +160,7 @@ TEST_CASE("the stored correction commands what the computed one did", "[job]") {
   const Correction stored = correction_of(paper.db, outcome.job.id);
   const Campaign campaign = paper_campaign();
   const ForwardResult after = predicted_after(stored, campaign.mechanism, campaign.readings[90]);
-  const auto& point = outcome.job.data.points[90];
+  const store::JobPoint point = points_of(paper.db, outcome.job)[90];
   CHECK(after.pose.x_mm - campaign.readings[90].target.x_mm == point.after.x_mm);
 }
 
@@ -187,4 +192,41 @@ TEST_CASE("unknown campaigns, sessions, stages and parameters are refused in wor
       Contains("neighbours"));
   CHECK_THROWS_AS(find(paper.db, "99"), NotFoundError);
   CHECK(store::list_jobs(paper.db).empty());
+}
+
+TEST_CASE("the view of a job's points shows what the job holds, whatever version stored it",
+          "[job]") {
+  PaperStore paper;
+  const store::Job job = run(paper.db, {.campaign = "paper", .stage = "lsq"}).job;
+  const Campaign campaign = paper_campaign();
+  store::Statement rows(paper.db,
+                        "SELECT seq, in_sample, before_x_mm, after_x_mm, after_phi_deg FROM "
+                        "v_job_point WHERE job_id = ? ORDER BY seq");
+  rows << job.id;
+  for (const store::JobPoint& point : points_of(paper.db, job)) {
+    REQUIRE(rows.step());
+    CHECK(rows.integer(0) == point.seq);
+    CHECK((rows.integer(1) == 1) == point.in_sample);
+    const auto& reading = *std::ranges::find(campaign.readings, point.seq, &Reading::seq);
+    CHECK(rows.real(2) == reading.measured->x_mm - reading.target.x_mm);
+    CHECK_THAT(rows.real(3), WithinRel(point.after.x_mm, 1e-14));
+    CHECK_THAT(rows.real(4), WithinRel(deg_from_rad(point.after.phi_rad), 1e-14));
+  }
+  CHECK_FALSE(rows.step());
+
+  const test::TempFolder folder;  // rows of job_point, stored by a program of version 3
+  const auto old = folder.file("old.db");
+  std::filesystem::copy_file(
+      std::filesystem::path(tests::source_folder()) / "tests/store/versions/version_3.sqlite3",
+      old);
+  store::migrate(old);
+  store::Connection db = store::open(old, store::Access::write);
+  const auto points = points_of(db, store::get_job(db, 2));
+  REQUIRE(points.size() == 8);
+  store::Statement last(db,
+                        "SELECT seq, in_sample, after_x_mm FROM v_job_point WHERE job_id = 2 ORDER "
+                        "BY seq DESC LIMIT 1");
+  REQUIRE(last.step());
+  CHECK(last.integer(0) == points.back().seq);
+  CHECK(last.real(2) == points.back().after.x_mm);
 }

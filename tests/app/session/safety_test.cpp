@@ -46,8 +46,9 @@ bool way_is_good(const Mechanism& m, const Pose& from, const Pose& to) {
     const ForwardResult at = forward(m.geometry, l, pose);
     if (!at.ok()) return false;
     pose = at.pose;
-    const Singularity s = singularity(m.geometry, velocity_equation(m.geometry, pose, at.at));
-    if (s.margin() < 0.09 || link_clearance_mm(m.geometry, at.at) < 9) return false;
+    const InverseResult links = inverse(m.geometry, pose);
+    const Singularity s = singularity(m.geometry, velocity_equation(m.geometry, pose, links));
+    if (s.margin() < 0.09 || link_clearance_mm(m.geometry, links) < 9) return false;
   }
   return (pose.vector() - to.vector()).norm() < 1;
 }

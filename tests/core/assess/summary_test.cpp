@@ -26,10 +26,11 @@ TEST_CASE("p95 interpolates between order statistics whatever the order of the v
 
 TEST_CASE("two quantiles at once are those found one by one", "[assess]") {
   Random random(3);
-  for (const std::size_t n : {1, 2, 3, 7, 200}) {
+  for (const std::size_t n : {1U, 2U, 3U, 7U, 200U}) {
     std::vector<double> values;
     for (std::size_t k = 0; k < n; ++k) values.push_back(static_cast<double>(random.below(9)));
-    for (const auto [low, high] : {std::pair(0.025, 0.975), {0.5, 0.5}, {0.0, 1.0}, {0.49, 0.51}}) {
+    for (const auto& [low, high] :
+         {std::pair(0.025, 0.975), {0.5, 0.5}, {0.0, 1.0}, {0.49, 0.51}}) {
       CHECK(quantiles(values, low, high) ==
             std::pair(quantile(values, low), quantile(values, high)));
     }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"

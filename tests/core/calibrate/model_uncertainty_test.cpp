@@ -1,6 +1,7 @@
 #include "core/calibrate/model_uncertainty.hpp"
 
 #include <Eigen/Eigenvalues>
+#include "core/mechanism/inverse.hpp"
 
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"

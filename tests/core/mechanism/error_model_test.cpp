@@ -1,6 +1,7 @@
 #include "core/mechanism/error_model.hpp"
 
 #include "core/mechanism/forward.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/csv.hpp"
 #include "tests/support/workspace.hpp"

@@ -1,5 +1,6 @@
 #include "core/mechanism/forward.hpp"
 
+#include "core/mechanism/inverse.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/csv.hpp"
 #include "tests/support/workspace.hpp"

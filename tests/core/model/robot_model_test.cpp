@@ -2,6 +2,7 @@
 
 #include "core/calibrate/parameters.hpp"
 #include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/workspace.hpp"
 
