@@ -12,12 +12,13 @@ std::vector<SimulatedError> simulated_errors(const Correction& correction,
   const RailFrames nominal_rails = rail_frames(mechanism.geometry);
   const auto* identified = std::get_if<GeometryCorrection>(&correction);
   const RailFrames rails = identified ? rail_frames(identified->geometry) : nominal_rails;
+  const bool is_geometry = identified || std::holds_alternative<NominalCorrection>(correction);
   for (const Reading& r : readings) {
     if (!r.measured) continue;
     const Displacements& cmd_mm = r.conditions.cmd_mm;
     const ForwardResult nominal = forward(nominal_rails, cmd_mm, r.target);  // which is near
-    const ForwardResult simulated = identified ? forward(rails, cmd_mm, r.target)
-                                               : believed(correction, mechanism, r.conditions);
+    const ForwardResult simulated = is_geometry ? forward(rails, cmd_mm, r.target)
+                                                : believed(correction, mechanism, r.conditions);
     if (!nominal.ok() || !simulated.ok()) {
       throw InputError({.what = "the command of this reading cannot be simulated",
                         .where = {.point = "seq " + std::to_string(r.seq)},
