@@ -9,10 +9,18 @@ namespace {
 
 CpuLevel found() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("x86-64-v4")) return CpuLevel::x86_64_v4;
-  if (__builtin_cpu_supports("x86-64-v3")) return CpuLevel::x86_64_v3;
-#endif
+  // by what sets the levels apart: not every compiler knows their names
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ||
+      !__builtin_cpu_supports("bmi2")) {
+    return CpuLevel::x86_64;
+  }
+  const bool v4 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                  __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                  __builtin_cpu_supports("avx512vl");
+  return v4 ? CpuLevel::x86_64_v4 : CpuLevel::x86_64_v3;
+#else
   return CpuLevel::x86_64;
+#endif
 }
 
 }  // namespace
