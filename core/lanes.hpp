@@ -36,6 +36,13 @@ T each(const T& x, const F& f) {
   return y;
 }
 
+/// Sums keep eight partial ones on every level of CPU, so that the bits are the same on each.
+inline constexpr int kPartialSums = 8;
+using PartialSums = Real<kPartialSums>;
+inline double total(const PartialSums& v) {
+  return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+}
+
 /// Gives `block(in, out)` n inputs and places for n outputs at a time; the last ones are filled up
 /// with copies whose outputs are dropped.
 template <int n, class In, class Out, class Block>

@@ -1,6 +1,7 @@
 #include "app/job/json.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 #include <vector>
@@ -11,7 +12,8 @@ namespace trammel::job {
 
 namespace {
 
-/// One serializer for all values: Json::dump() makes one anew each time.
+/// As Json::dump() with sorted keys, without asking the output for each letter and number by itself
+/// or making a serializer anew for each value.
 class CanonicalWriter {
  public:
   explicit CanonicalWriter(std::string& text)
@@ -19,10 +21,9 @@ class CanonicalWriter {
 
   void write(const Json& json) {
     if (json.is_object()) return write_object(json.get_ref<const Json::object_t&>());
-    if (!json.is_array()) {
-      TRAMMEL_ASSERT(!json.is_number_float() || std::isfinite(json.get<double>()));
-      return serializer_.dump(json, false, false, 0);
-    }
+    if (json.is_number_float()) return write_number(json.get<double>());
+    if (json.is_string()) return write_text(json.get_ref<const std::string&>());
+    if (!json.is_array()) return serializer_.dump(json, false, false, 0);
     text_ += '[';
     for (const Json& value : json) {
       if (text_.back() != '[') text_ += ',';
@@ -32,6 +33,19 @@ class CanonicalWriter {
   }
 
  private:
+  void write_number(double value) {
+    TRAMMEL_ASSERT(std::isfinite(value));
+    std::array<char, 64> digits{};
+    char* const begin = digits.data();
+    text_.append(begin, nlohmann::detail::to_chars(begin, begin + digits.size(), value));
+  }
+
+  void write_text(const std::string& text) {
+    const auto plain = [](char c) { return c >= ' ' && c != '"' && c != '\\'; };  // and ASCII
+    if (!std::ranges::all_of(text, plain)) return serializer_.dump(text, false, false, 0);
+    text_.append(1, '"').append(text).append(1, '"');
+  }
+
   void write_object(const Json::object_t& object) {
     std::vector<const Json::object_t::value_type*> members;
     members.reserve(object.size());
@@ -41,7 +55,7 @@ class CanonicalWriter {
     text_ += '{';
     for (const auto* member : members) {
       if (text_.back() != '{') text_ += ',';
-      write(member->first);
+      write_text(member->first);
       text_ += ':';
       write(member->second);
     }

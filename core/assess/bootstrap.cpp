@@ -1,12 +1,13 @@
 #include "core/assess/bootstrap.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "core/assess/summary.hpp"
+#include "core/cpu_level.hpp"
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "core/random.hpp"
@@ -23,61 +24,102 @@ void require_pairs(std::span<const double> a, std::span<const double> b) {
                     .got = std::to_string(a.size()) + " and " + std::to_string(b.size())});
 }
 
-constexpr std::size_t kSideBySide = 4;        // resamples: a sum waits for its last addition
-constexpr std::size_t kKeptPicks = 1U << 20;  // 2 MB
+constexpr std::size_t kKeptBytes = 4U << 20;
+constexpr std::size_t kLanes = kPartialSums;
+using Lanes = PartialSums;
 
-template <class Pick>
-void draw(Random& random, std::size_t n, std::span<Pick> picks) {
-  for (Pick& pick : picks) pick = static_cast<Pick>(random.below(n));
+std::size_t filled_up(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
+
+/// How often a resample takes each of n points.
+template <class Count>
+void draw(Random& random, std::size_t n, std::span<Count> counts) {
+  std::ranges::fill(counts, Count{0});
+  for (std::size_t k = 0; k < n; ++k) ++counts[random.below(n)];
 }
 
-/// Which points all resamples take, one after the other. They depend on the seed and the number of
-/// points alone: campaigns of an archive share them, and drawing is most of the work.
-const std::vector<std::uint16_t>& kept_picks(std::uint64_t seed, std::size_t n,
-                                             std::size_t replicates) {
+/// The counts of all resamples, one after the other, each filled up to whole lanes. They depend on
+/// the seed and the number of points alone: campaigns of an archive share them, and drawing is most
+/// of the work.
+template <class Count>
+const std::vector<Count>& kept_counts(std::uint64_t seed, std::size_t n, std::size_t replicates) {
   struct Kept {
     std::uint64_t seed = 0;
     std::size_t n = 0;
-    std::vector<std::uint16_t> picks = {};
+    std::vector<Count> counts = {};
   };
   thread_local Kept last;
-  if (last.seed != seed || last.n != n || last.picks.size() != n * replicates) {
+  const std::size_t row = filled_up(n);
+  if (last.seed != seed || last.n != n || last.counts.size() != row * replicates) {
     Random random = Random::stream(seed, "bootstrap");
-    last = {seed, n, std::vector<std::uint16_t>(n * replicates)};
-    draw<std::uint16_t>(random, n, last.picks);
+    last = {seed, n, std::vector<Count>(row * replicates)};
+    for (std::size_t r = 0; r < replicates; ++r) {
+      draw(random, n, std::span(last.counts).subspan(r * row, row));
+    }
   }
-  return last.picks;
+  return last.counts;
+}
+
+struct Sums {
+  double a = 0;
+  double b = 0;
+};
+
+/// Sums of the points, each as often as it is taken, of some resamples.
+template <class Count>
+void add_up(const std::vector<double>& a, const std::vector<double>& b, const Count* counts,
+            std::span<Sums> sums) {
+  typedef Count Counts __attribute__((vector_size(kLanes * sizeof(Count))));
+  at_level(cpu_level(), [&]<int>() {
+    for (Sums& sum : sums) {
+      Lanes sum_a = {}, sum_b = {};
+      for (std::size_t k = 0; k < a.size(); k += kLanes, counts += kLanes) {
+        Counts some;
+        Lanes of_a, of_b;
+        std::memcpy(&some, counts, sizeof some);
+        std::memcpy(&of_a, &a[k], sizeof of_a);
+        std::memcpy(&of_b, &b[k], sizeof of_b);
+        const Lanes times = __builtin_convertvector(some, Lanes);
+        sum_a += times * of_a;
+        sum_b += times * of_b;
+      }
+      sum = {total(sum_a), total(sum_b)};
+    }
+  });
+}
+
+template <class Count>
+std::vector<Sums> resampled_sums(std::span<const double> a, std::span<const double> b,
+                                 std::uint64_t seed, std::size_t replicates) {
+  const std::size_t n = a.size(), row = filled_up(n);
+  std::vector<double> filled_a(a.begin(), a.end()), filled_b(b.begin(), b.end());
+  filled_a.resize(row);
+  filled_b.resize(row);
+  std::vector<Sums> sums(replicates);
+  if (row * replicates * sizeof(Count) <= kKeptBytes) {
+    add_up(filled_a, filled_b, kept_counts<Count>(seed, n, replicates).data(), sums);
+    return sums;
+  }
+  Random random = Random::stream(seed, "bootstrap");
+  std::vector<Count> counts(row);
+  for (Sums& sum : sums) {
+    draw<Count>(random, n, counts);
+    add_up(filled_a, filled_b, counts.data(), std::span(&sum, 1));
+  }
+  return sums;
 }
 
 /// The figure of each resample of the pairs' sums.
 template <class Figure>
 Interval resampled(std::span<const double> a, std::span<const double> b, std::uint64_t seed,
                    int replicates, const Figure& figure) {
-  const std::size_t n = a.size(), all = static_cast<std::size_t>(replicates);
-  std::vector<Real<2>> pairs;
-  for (std::size_t k = 0; k < n; ++k) pairs.push_back(Real<2>{a[k], b[k]});
+  const auto all = static_cast<std::size_t>(replicates);
+  const bool few = a.size() <= std::numeric_limits<std::uint8_t>::max();
   std::vector<double> figures;
-  figures.reserve(all + kSideBySide);
-  const auto add = [&](const auto* picks) {
-    std::array<Real<2>, kSideBySide> sum{};
-    for (std::size_t k = 0; k < n; ++k) {
-      for (std::size_t s = 0; s < kSideBySide; ++s) sum[s] += pairs[picks[s * n + k]];
-    }
-    for (const Real<2>& s : sum) figures.push_back(figure(s[0], s[1]));
-  };
-  const std::size_t groups = (all + kSideBySide - 1) / kSideBySide, group = kSideBySide * n;
-  if (groups * group <= kKeptPicks && n <= std::numeric_limits<std::uint16_t>::max()) {
-    const auto& picks = kept_picks(seed, n, groups * kSideBySide);
-    for (std::size_t g = 0; g < groups; ++g) add(picks.data() + g * group);
-  } else {
-    Random random = Random::stream(seed, "bootstrap");
-    std::vector<std::uint32_t> picks(group);
-    for (std::size_t g = 0; g < groups; ++g) {
-      draw<std::uint32_t>(random, n, picks);
-      add(picks.data());
-    }
+  figures.reserve(all);
+  for (const Sums& sum : few ? resampled_sums<std::uint8_t>(a, b, seed, all)
+                             : resampled_sums<std::uint32_t>(a, b, seed, all)) {
+    figures.push_back(figure(sum.a, sum.b));
   }
-  figures.resize(all);  // the last group may have made some more
   const auto [low, high] = quantiles(figures, 0.025, 0.975);
   return {low, high};
 }

@@ -1,8 +1,5 @@
 #include "core/calibrate/least_squares.hpp"
 
-// The sums keep eight partial ones on every level of CPU, so
-// that the bits are the same on each.
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,15 +12,14 @@ namespace trammel {
 
 namespace {
 
-constexpr std::size_t kLanes = 8;
-using Lanes = Real<kLanes>;
+constexpr std::size_t kLanes = kPartialSums;
+using Lanes = PartialSums;
 
-double sum(const Lanes& v) {
-  return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+Lanes load(const double* from) {
+  Lanes v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
 }
-
-// Not returned: the calling convention of a long vector differs from level to level.
-void load(const double* from, Lanes& v) { __builtin_memcpy(&v, from, sizeof v); }
 
 /// [A | b] with rows of zeros up to whole lanes.
 Eigen::MatrixXd filled_up(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
@@ -45,26 +41,20 @@ struct Column {
 double dot(const double* a, const double* b, std::size_t first, std::size_t last) {
   Lanes s = {};
   for (std::size_t i = first; i < last; i += kLanes) {
-    Lanes x, y;
-    load(a + i, x);
-    load(b + i, y);
-    s += x * y;
+    s += load(a + i) * load(b + i);
   }
-  return sum(s);
+  return total(s);
 }
 
 /// a <- a - factor v, and the squares of what is left.
 double subtract(double* a, double factor, const double* v, std::size_t first, std::size_t last) {
   Lanes s = {};
   for (std::size_t i = first; i < last; i += kLanes) {
-    Lanes left, taken;
-    load(a + i, left);
-    load(v + i, taken);
-    left -= factor * taken;
+    const Lanes left = load(a + i) - factor * load(v + i);
     __builtin_memcpy(a + i, &left, sizeof left);
     s += left * left;
   }
-  return sum(s);
+  return total(s);
 }
 
 /// Makes row k of the columns after k a row of R (returned in `R`), by the reflection that leaves

@@ -7,6 +7,7 @@
 #include "core/assess/deviation.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/error_model.hpp"
+#include "core/mechanism/error_rows.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/units.hpp"
 
@@ -66,29 +67,29 @@ void name_columns(LsqSystem& system, const std::vector<int>& later, int n_geomet
   }
 }
 
-/// Where the model puts the platform, looked for from a pose that is near.
-ForwardResult modelled_pose(const RailFrames& rails, const Pose& near, const Pose& home,
-                            const Reading& reading, const EpochOffset& offset) {
-  const Displacements l_mm = reading.conditions.cmd_mm + offset.l_zero_mm;
-  ForwardResult at = forward(rails, l_mm, near);
+/// A pose that steps from near by did not find, with shorter ones and from home too.
+ForwardResult modelled_pose(const RailFrames& rails, const Displacements& l_mm, const Pose& home,
+                            const Reading& reading) {
+  ForwardResult at = forward(rails, l_mm, reading.target);
   if (!at.ok()) at = forward(rails, l_mm, home);
-  const auto point = [&] { return "seq " + std::to_string(reading.seq); };
-  if (!at.ok()) {
-    throw InputError({.what = "the commanded displacements are out of the modelled robot's reach",
-                      .where = {.point = point()}});
-  }
-  if (!reading.measured) {
-    throw InputError({.what = "this reading has no measured pose", .where = {.point = point()}});
-  }
-  return at;
+  if (at.ok()) return at;
+  throw InputError({.what = "the commanded displacements are out of the modelled robot's reach",
+                    .where = {.point = "seq " + std::to_string(reading.seq)}});
+}
+
+EpochOffset offset_of(const std::map<int, EpochOffset>& offsets, const Reading& reading) {
+  const auto known = offsets.find(reading.conditions.epoch);
+  return known == offsets.end() ? EpochOffset{} : known->second;
 }
 
 /// Weighted d(x, y, phi) of the three joint zeros and the frame offset (added to the reading) of an
 /// epoch.
-Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const ErrorJacobian& J_e,
+Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const Eigen::MatrixXd& weighted_J,
+                                                      Eigen::Index row,
                                                       const Eigen::Vector3d& weight) {
   Eigen::Matrix<double, 3, kEpochColumns> J;
-  for (int i = 0; i < kChains; ++i) J.col(i) = J_e.col(6 * i + 4);  // as the joint zero l_i
+  for (int i = 0; i < kChains; ++i)
+    J.col(i) = weighted_J.block<3, 1>(row, 6 * i + 4);  // as the joint zero l_i
   J.rightCols<3>() = weight.asDiagonal();
   return J;
 }
@@ -118,21 +119,31 @@ void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Re
   const Eigen::Vector3d weight(1 / sigma.xy_mm, 1 / sigma.xy_mm,
                                options.attitude_weight / sigma.phi_rad);
   const RailFrames rails = rail_frames(mechanism.geometry);
-  for (std::size_t j = 0; j < readings.size(); ++j) {
-    const auto known = offsets.find(readings[j].conditions.epoch);
-    const EpochOffset offset = known == offsets.end() ? EpochOffset{} : known->second;
-    const ForwardResult at =
-        modelled_pose(rails, system.poses[j], mechanism.home, readings[j], offset);
+  std::vector<Displacements> l_mm;
+  for (const Reading& r : readings) {
+    if (!r.measured) {
+      throw InputError({.what = "this reading has no measured pose",
+                        .where = {.point = "seq " + std::to_string(r.seq)}});
+    }
+    l_mm.emplace_back(r.conditions.cmd_mm + offset_of(offsets, r).l_zero_mm);
+  }
+  Eigen::MatrixXd J;
+  for (const std::size_t j : error_rows(rails, l_mm, system.poses, J)) {
+    const ForwardResult at = modelled_pose(rails, l_mm[j], mechanism.home, readings[j]);
     system.poses[j] = at.pose;
-    const ErrorJacobian J_e = weight.asDiagonal() * error_jacobian(rails, at.at);
+    J.middleRows<3>(static_cast<Eigen::Index>(3 * j)) = error_jacobian(rails, at.at);
+  }
+  const Eigen::VectorXd weights = weight.replicate(static_cast<Eigen::Index>(readings.size()), 1);
+  system.A.leftCols(n_geometry) = weights.asDiagonal() * J.leftCols(n_geometry);
+  for (std::size_t j = 0; j < readings.size(); ++j) {
     const auto row = static_cast<Eigen::Index>(3 * j);
-    system.b.segment<3>(row) = weight.cwiseProduct(pose_difference(*readings[j].measured, at.pose) -
-                                                   offset.frame.vector());
-    system.A.block(row, 0, 3, n_geometry) = J_e.leftCols(n_geometry);
+    system.b.segment<3>(row) =
+        weight.cwiseProduct(pose_difference(*readings[j].measured, system.poses[j]) -
+                            offset_of(offsets, readings[j]).frame.vector());
     const auto own = std::find(later.begin(), later.end(), readings[j].conditions.epoch);
     if (own != later.end()) {
       system.A.block<3, kEpochColumns>(row, n_geometry + kEpochColumns * (own - later.begin())) =
-          epoch_columns(J_e, weight);
+          epoch_columns(system.A, row, weight);
     }
   }
   for (std::size_t k = 0; k < system.parameters.size(); ++k) {

@@ -1,8 +1,10 @@
 #include "core/mechanism/error_model.hpp"
 
+#include "core/mechanism/error_rows.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/cpu_levels.hpp"
 #include "tests/support/csv.hpp"
 #include "tests/support/workspace.hpp"
 
@@ -60,4 +62,48 @@ TEST_CASE("joint zero and rail radius are one parameter: their columns are oppos
   const Pose pose{30, -40, 0.05};
   const auto J = at_pose(g, pose);
   for (int i = 0; i < 3; ++i) CHECK(J.col(6 * i + 4) == -J.col(6 * i + 5));
+}
+
+TEST_CASE("rows of many poses are those of single calls, wherever a pose stands and on every level",
+          "[mechanism]") {
+  Random random(12);
+  const Geometry geometry = tests::random_geometry(random, 3);
+  const RailFrames frames = rail_frames(geometry);
+  std::vector<Pose> truth, starts;
+  std::vector<Displacements> l;
+  for (int k = 0; k < 83; ++k) {
+    truth.push_back(tests::random_pose(random));
+    l.push_back(inverse(geometry, truth.back()).l_mm);
+    starts.push_back({truth.back().x_mm + random.uniform(-5, 5),
+                      truth.back().y_mm + random.uniform(-5, 5),
+                      truth.back().phi_rad + random.uniform(-0.05, 0.05)});
+  }
+  l[7] = Displacements::Constant(5000);  // out of reach
+  starts[20] = {0, 5000, 0};             // from where no step leads
+  std::vector<Pose> poses = starts;
+  Eigen::MatrixXd J;
+  CHECK(error_rows(frames, l, poses, J) == std::vector<std::size_t>{7, 20});
+  for (std::size_t k = 0; k < l.size(); ++k) {
+    if (k == 7 || k == 20) continue;
+    CHECK((poses[k].vector() - truth[k].vector()).cwiseAbs().maxCoeff() < 1e-9);
+    const ErrorJacobian single = error_jacobian(frames, chains_at(frames, truth[k].vector()));
+    CHECK((J.middleRows<3>(static_cast<Eigen::Index>(3 * k)) - single).cwiseAbs().maxCoeff() <
+          1e-9 * (1 + single.cwiseAbs().maxCoeff()));
+    std::vector<Pose> alone = {starts[k]};
+    Eigen::MatrixXd rows;
+    REQUIRE(error_rows(frames, std::span(&l[k], 1), alone, rows).empty());
+    CHECK(alone[0] == poses[k]);
+    CHECK(rows == J.middleRows<3>(static_cast<Eigen::Index>(3 * k)));
+  }
+  for (const CpuLevel level : tests::levels_here()) {
+    std::vector<Pose> again = starts;
+    Eigen::MatrixXd rows;
+    CHECK(error_rows(frames, l, again, rows, level).size() == 2);
+    for (std::size_t k = 0; k < l.size(); ++k) {
+      if (k == 7 || k == 20) continue;
+      CHECK(again[k] == poses[k]);
+      const auto three = Eigen::seqN(static_cast<Eigen::Index>(3 * k), 3);
+      CHECK(rows(three, Eigen::all) == J(three, Eigen::all));
+    }
+  }
 }
