@@ -13,7 +13,7 @@ using namespace trammel::tests;
 
 namespace {
 
-constexpr int kCampaigns = 70;  // more than a batch
+constexpr int kCampaigns = 140;  // more than a batch
 
 /// Campaigns that differ, of ten readings each.
 struct Archive {
