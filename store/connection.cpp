@@ -12,8 +12,9 @@ namespace {
 
 // Longer than any transaction of ours; a session's points are seconds apart.
 constexpr int kBusyTimeoutMs = 10'000;
-// Far beyond a job's result; a row or a value of a stranger's file is not larger.
-constexpr int kLongestValueBytes = 64 * 1024 * 1024;
+// A job's points of a million readings, as many as a plan may have, take some 75 MB; a row or a
+// value of a stranger's file is not larger.
+constexpr int kLongestValueBytes = 128 * 1024 * 1024;
 
 std::string uri_of(const std::filesystem::path& file, bool immutable) {
   if (file == ":memory:") return file.string();

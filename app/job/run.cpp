@@ -122,8 +122,8 @@ struct Judged {
   Pose before;
 };
 
-/// Every measured reading the correction can be judged on. A
-/// validation reading where the correction was fitted is not held out: it counts as in-sample.
+/// Every measured reading the correction can be judged on. A validation reading where the
+/// correction was fitted is not held out: it counts as in-sample.
 std::vector<Judged> judge(const Campaign& campaign, const Correction& correction) {
   const FittedTargets fitted(campaign);
   std::vector<Reading> measured;

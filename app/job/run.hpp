@@ -29,7 +29,7 @@ struct Outcome {
 
 /// Runs a stage on stored readings (excluded ones left out) and stores the job; or returns the
 /// stored job of the same key. The inputs are hashed before and after: a difference fails the job.
-/// Per reading, measured minus target before, and the pose error predicted after (predicted_after);
+/// In the result the pose error predicted after for each reading (predicted_after, points.hpp);
 /// statistics position_mm and attitude_deg of each set, in-sample for the rows that were fitted.
 /// Throws NotFoundError (campaign, session, stage), InputError (parameters, readings), StoreError.
 Outcome run(store::Connection& connection, const Request& request);
