@@ -54,6 +54,21 @@ int run_and_kill_after(const std::vector<std::string>& words, double seconds) {
   return wait_for(child);
 }
 
+/// The same, killed once `log` holds `n_lines`: lines, not seconds, are as many on any machine.
+int run_and_kill_at(const std::vector<std::string>& words, const WireLog& log,
+                    std::size_t n_lines) {
+  const pid_t child = start(words);
+  int status = 0;
+  while (log.size() < n_lines) {
+    if (::waitpid(child, &status, WNOHANG) == child) {
+      return WIFEXITED(status) ? WEXITSTATUS(status) : kKilled;
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+  ::kill(child, SIGKILL);
+  return wait_for(child);
+}
+
 bool has_session(const std::string& file, const std::string& name = "paper-80") {
   if (!std::filesystem::exists(file)) return false;
   try {
@@ -84,10 +99,12 @@ TEST_CASE("killed at random times and resumed, a campaign has the bits of an und
   const auto expected = by_point(undisturbed, "c", "paper-80");
   REQUIRE(expected.size() == 80);
 
-  constexpr int kCampaigns = 3;
+  // A machine that has become faster since `takes` was measured needs more campaigns.
+  constexpr int kCampaigns = 3, kKills = 6;
   Random random(20240973);
   int kills = 0;
-  for (int n = 0; n < kCampaigns; ++n) {
+  for (int n = 0; n < kCampaigns || kills < kKills; ++n) {
+    REQUIRE(n < 20);
     const std::string file = (folder.path() / (std::to_string(n) + ".db")).string();
     int code = kKilled;
     for (int tries = 0; code != 0 && tries < 100; ++tries) {
@@ -106,17 +123,16 @@ TEST_CASE("killed at random times and resumed, a campaign has the bits of an und
       CHECK(same_bits(reading, expected.at(seq)));
     }
   }
-  CHECK(kills >= 2 * kCampaigns);
 }
 
 TEST_CASE(
-    "killed at random times the program leaves an emulated stage that comes to rest, and resumes "
-    "to "
-    "the readings of an undisturbed run",
+    "killed at random lines on the wire the program leaves an emulated stage that comes to rest, "
+    "and resumes to the readings of an undisturbed run",
     "[session][sockets]") {
   const Plan plan = small_plan();
   SocketCampaign calm(plan);
   REQUIRE(calm.run().state == session::State::done);
+  const std::size_t lines_of_all = calm.lab.log.size();
   const auto expected = by_point(calm.db, "c", "s");
 
   SocketCampaign lab(plan);
@@ -145,7 +161,9 @@ TEST_CASE(
   for (int tries = 0; code != 0; ++tries) {
     REQUIRE(tries < 60);
     const auto words = has_session(file, "s") ? resume : run;
-    code = tries < 20 ? run_and_kill_after(words, random.uniform(0, 0.4)) : wait_for(start(words));
+    const WireLog& log = lab.lab.log;
+    code = tries < 20 ? run_and_kill_at(words, log, log.size() + random.below(lines_of_all / 3))
+                      : wait_for(start(words));
     REQUIRE((code == 0 || code == kKilled));
     kills += code == kKilled ? 1 : 0;
     int looks = 0;  // each look lets a moment pass there

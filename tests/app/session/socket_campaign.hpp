@@ -55,6 +55,10 @@ class WireLog {
     const std::lock_guard guard(mutex_);
     return lines_;
   }
+  [[nodiscard]] std::size_t size() const {
+    const std::lock_guard guard(mutex_);
+    return lines_.size();
+  }
   [[nodiscard]] int count(std::string_view begin) const {
     int n = 0;
     for (const Line& line : lines()) n += line.text.starts_with(begin) ? 1 : 0;
