@@ -22,13 +22,9 @@ std::vector<double> list(const Eigen::Ref<const Eigen::VectorXd>& values) {
 Json geometry_json(const Geometry& geometry) {
   Json chains = Json::array();
   for (const Chain& c : geometry.chains) {
-    chains.push_back({{"alpha_rad", c.alpha_rad},
-                      {"beta_rad", c.beta_rad},
-                      {"r_mm", c.r_mm},
-                      {"S_mm", c.S_mm},
-                      {"l_zero_mm", c.l_zero_mm},
-                      {"R_mm", c.R_mm},
-                      {"h_mm", c.h_mm}});
+    chains.push_back(object_with("alpha_rad", c.alpha_rad, "beta_rad", c.beta_rad, "r_mm", c.r_mm,
+                                 "S_mm", c.S_mm, "l_zero_mm", c.l_zero_mm, "R_mm", c.R_mm, "h_mm",
+                                 c.h_mm));
   }
   return chains;
 }

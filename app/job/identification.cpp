@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "core/units.hpp"
 
@@ -37,28 +38,20 @@ double shown(bool is_angle, double value) { return is_angle ? deg_from_rad(value
 Json parameter_json(const Identification& of, const Scaled& s, std::size_t k) {
   const ScaledParameter& p = of.parameters[k];
   const auto row = static_cast<Eigen::Index>(k);
-  const bool identified = of.known.identified[k];
-  Json json = object_of(5);
-  json["name"] = p.name;
-  json["unit"] = !p.unit.empty() ? p.unit : p.is_angle ? "deg" : "mm";
-  json["identified"] = identified;
-  if (identified) {
-    json["change"] = shown(p.is_angle, of.values[row]);
-    json["standard_uncertainty"] = shown(p.is_angle, std::sqrt(s.covariance(row, row)));
-  } else {
-    json["why"] = "not identifiable by itself from these readings";
+  const char* const unit = !p.unit.empty() ? p.unit.c_str() : p.is_angle ? "deg" : "mm";
+  if (!of.known.identified[k]) {
+    return object_with("name", p.name, "unit", unit, "identified", false, "why",
+                       "not identifiable by itself from these readings");
   }
-  return json;
+  return object_with("name", p.name, "unit", unit, "identified", true, "change",
+                     shown(p.is_angle, of.values[row]), "standard_uncertainty",
+                     shown(p.is_angle, std::sqrt(s.covariance(row, row))));
 }
 
-Json base_json(const IdentifiedCombination& c) {
-  Json json = object_of(5);
-  json["name"] = c.name;
-  json["unit"] = c.unit;
-  json["alone"] = c.alone;
-  json["change"] = shown(c.is_angle, *c.value);
-  json["standard_uncertainty"] = shown(c.is_angle, c.standard_uncertainty);
-  return json;
+Json combination_json(const IdentifiedCombination& c) {
+  return object_with("name", c.name, "unit", c.unit, "alone", c.alone, "change",
+                     shown(c.is_angle, *c.value), "standard_uncertainty",
+                     shown(c.is_angle, c.standard_uncertainty));
 }
 
 struct Beyond {
@@ -102,28 +95,31 @@ std::string goodness_words(const Goodness& g) {
 }
 
 Json details_of(const Identification& of, const Scaled& s, const std::vector<Beyond>& beyond) {
+  const auto list = [](const auto& of_each, const auto& json_of) {
+    Json::array_t rows;
+    rows.reserve(of_each.size());
+    for (const auto& each : of_each) rows.push_back(json_of(each));
+    return rows;
+  };
   const Observability& o = of.known.observability;
-  Json json = {
-      {"columns", of.known.singular.size()},
-      {"rank", of.known.rank},
-      {"rank_machine", of.known.rank_machine},
-      {"sigma_ratio", of.goodness.ratio},
-      {"uncertainty_scale", of.goodness.scale},
-      {"explained", of.goodness.explained},
-      {"observability", {{"O1", o.O1}, {"O2", o.O2}, {"O3", o.O3}, {"O4", o.O4}, {"O5", o.O5}}}};
-  for (std::size_t k = 0; k < of.parameters.size(); ++k) {
-    json["parameters"].push_back(parameter_json(of, s, k));
-  }
-  json["identified"] = json["correlations"] = json["beyond_tolerance"] = Json::array();
-  for (const IdentifiedCombination& c : s.base) json["identified"].push_back(base_json(c));
-  for (const Correlation& c : s.correlated) {
-    json["correlations"].push_back({{"a", s.base[static_cast<std::size_t>(c.a)].name},
-                                    {"b", s.base[static_cast<std::size_t>(c.b)].name},
-                                    {"r", c.r}});
-  }
-  for (const Beyond& b : beyond) {
-    json["beyond_tolerance"].push_back({{"name", b.name}, {"tolerances", b.tolerances}});
-  }
+  Json json = object_of(24);  // the stage has more to say
+  json["columns"] = of.known.singular.size();
+  json["rank"] = of.known.rank;
+  json["rank_machine"] = of.known.rank_machine;
+  json["sigma_ratio"] = of.goodness.ratio;
+  json["uncertainty_scale"] = of.goodness.scale;
+  json["explained"] = of.goodness.explained;
+  json["observability"] = object_with("O1", o.O1, "O2", o.O2, "O3", o.O3, "O4", o.O4, "O5", o.O5);
+  json["parameters"] = list(std::views::iota(std::size_t{0}, of.parameters.size()),
+                            [&](std::size_t k) { return parameter_json(of, s, k); });
+  json["identified"] = list(s.base, combination_json);
+  json["correlations"] = list(s.correlated, [&](const Correlation& c) {
+    return object_with("a", s.base[static_cast<std::size_t>(c.a)].name, "b",
+                       s.base[static_cast<std::size_t>(c.b)].name, "r", c.r);
+  });
+  json["beyond_tolerance"] = list(beyond, [](const Beyond& b) {
+    return object_with("name", b.name, "tolerances", b.tolerances);
+  });
   return json;
 }
 

@@ -11,10 +11,23 @@ using Json = nlohmann::ordered_json;
 
 inline Json optional_json(const auto& value) { return value ? Json(*value) : Json(nullptr); }
 
-/// An object with room for so many members.
+/// An object with room for so many members: growing copies those that are there, whole.
 inline Json object_of(std::size_t members) {
   Json::object_t object;
   object.reserve(members);
+  return object;
+}
+
+/// The object of names and values in turn.
+template <class... NamesAndValues>
+Json object_with(NamesAndValues&&... names_and_values) {
+  Json::object_t object;
+  object.reserve(sizeof...(names_and_values) / 2);
+  const auto add = [&object](auto& self, const char* name, auto&& value, auto&&... rest) -> void {
+    object.emplace_back(name, std::forward<decltype(value)>(value));
+    if constexpr (sizeof...(rest) > 0) self(self, std::forward<decltype(rest)>(rest)...);
+  };
+  add(add, std::forward<NamesAndValues>(names_and_values)...);
   return object;
 }
 

@@ -14,13 +14,8 @@ Json points_json(const std::vector<store::JobPoint>& points) {
     y_mm.emplace_back(p.after.y_mm);
     phi_rad.emplace_back(p.after.phi_rad);
   }
-  Json json = object_of(5);
-  json["seq"] = std::move(seq);
-  json["in_sample"] = std::move(in_sample);
-  json["x_mm"] = std::move(x_mm);
-  json["y_mm"] = std::move(y_mm);
-  json["phi_rad"] = std::move(phi_rad);
-  return json;
+  return object_with("seq", std::move(seq), "in_sample", std::move(in_sample), "x_mm",
+                     std::move(x_mm), "y_mm", std::move(y_mm), "phi_rad", std::move(phi_rad));
 }
 
 std::vector<store::JobPoint> points_of(store::Connection& connection, const store::Job& job) {

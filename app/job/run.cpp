@@ -5,7 +5,6 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <set>
 
 #include <fmt/format.h>
 
@@ -101,19 +100,24 @@ Pose difference(const Pose& a, const Pose& b) { return Pose::from(pose_differenc
 class FittedTargets {
  public:
   explicit FittedTargets(const Campaign& campaign) {
+    cells_.reserve(campaign.readings.size());
     for (const Reading& r : campaign.readings) {
-      if (r.set == ReadingSet::identify && r.measured) cells_.insert(cell(r.target));
+      if (r.set == ReadingSet::identify && r.measured) cells_.push_back(cell(r.target));
     }
+    std::ranges::sort(cells_);
   }
-  [[nodiscard]] bool holds(const Pose& target) const { return cells_.contains(cell(target)); }
+  [[nodiscard]] bool holds(const Pose& target) const {
+    return std::ranges::binary_search(cells_, cell(target));
+  }
 
  private:
-  static std::array<long long, 3> cell(const Pose& p) {
+  using Cell = std::array<long long, 3>;
+  static Cell cell(const Pose& p) {
     constexpr double kSame = 1e-6;
     return {std::llround(p.x_mm / kSame), std::llround(p.y_mm / kSame),
             std::llround(p.phi_rad / kSame)};
   }
-  std::set<std::array<long long, 3>> cells_;
+  std::vector<Cell> cells_;
 };
 
 /// A reading with its error as measured, and as predicted after the correction.
@@ -127,11 +131,13 @@ struct Judged {
 std::vector<Judged> judge(const Campaign& campaign, const Correction& correction) {
   const FittedTargets fitted(campaign);
   std::vector<Reading> measured;
+  measured.reserve(campaign.readings.size());
   for (const Reading& r : campaign.readings) {
     if (r.measured) measured.push_back(r);
   }
   const auto all_after = predicted_after(correction, campaign.mechanism, measured);
   std::vector<Judged> points;
+  points.reserve(measured.size());
   for (std::size_t k = 0; k < measured.size(); ++k) {
     const Reading& r = measured[k];
     const ForwardResult& after = all_after[k];
@@ -188,15 +194,13 @@ Json improvements(const std::vector<Judged>& points) {
     }
     const auto interval = improvement_interval_pct(before, after);
     if (!interval) continue;
-    Json row = {{"set", in_sample ? "identify" : "validate"},
-                {"metric", "position_mm"},
-                {"in_sample", in_sample},
-                {"improvement_low_pct", interval->low},
-                {"improvement_high_pct", interval->high}};
+    Json row = object_with("set", in_sample ? "identify" : "validate", "metric", "position_mm",
+                           "in_sample", in_sample, "improvement_low_pct", interval->low,
+                           "improvement_high_pct", interval->high);
     if (!in_sample) {
       row["U_k2_mm"] = 2 * std::sqrt(squares / (2 * static_cast<double>(after.size())));
     }
-    all.push_back(row);
+    all.push_back(std::move(row));
   }
   return all;
 }
@@ -280,20 +284,18 @@ store::NewJob computed(const Inputs& in) {
   store::NewJob job = begun(in);
   const std::vector<Judged> judged = judge(in.loaded.campaign, result.correction);
   job.statistics = statistics(judged);
-  const Json gains = improvements(judged);
+  Json gains = improvements(judged);
   std::vector<store::JobPoint> points;
+  points.reserve(judged.size());
   for (const Judged& j : judged) points.push_back(j.point);
   for (const auto& more : {improvement_words(gains), hull_words(in.loaded.campaign),
                            held_out_words(in.loaded.campaign)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
-  const Json stored_result = {{"correction", correction_json(result.correction)},
-                              {"details", std::move(result.details)},
-                              {"words", std::move(result.words)},
-                              {"improvements", gains},
-                              {"after", "predicted"},
-                              {"points", points_json(points)},
-                              {"timing", std::move(result.timing)}};
+  const Json stored_result = object_with(
+      "correction", correction_json(result.correction), "details", std::move(result.details),
+      "words", std::move(result.words), "improvements", std::move(gains), "after", "predicted",
+      "points", points_json(points), "timing", std::move(result.timing));
   job.result_json = canonical_text(stored_result);
   job.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return job;

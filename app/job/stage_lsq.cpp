@@ -45,10 +45,8 @@ LsqOptions options_of(const Json& p) {
 Json rounds_json(const std::vector<LsqRound>& rounds) {
   Json json = Json::array();
   for (const LsqRound& r : rounds) {
-    json.push_back({{"columns", r.columns},
-                    {"rank", r.rank},
-                    {"weighted_rss", r.weighted_rss},
-                    {"dropped", r.dropped}});
+    json.push_back(object_with("columns", r.columns, "rank", r.rank, "weighted_rss", r.weighted_rss,
+                               "dropped", r.dropped));
   }
   return json;
 }

@@ -1,6 +1,9 @@
 #include "core/assess/bootstrap.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -25,85 +28,107 @@ void require_pairs(std::span<const double> a, std::span<const double> b) {
 }
 
 constexpr std::size_t kKeptBytes = 4U << 20;
-constexpr std::size_t kLanes = kPartialSums;
-using Lanes = PartialSums;
+constexpr std::size_t kLanes = 16;  // resamples side by side
 
-std::size_t filled_up(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
-
-/// How often a resample takes each of n points.
+/// How often each of n points is taken by kLanes resamples: as many counts as go into a word, then
+/// those of the next resample.
 template <class Count>
-void draw(Random& random, std::size_t n, std::span<Count> counts) {
-  std::ranges::fill(counts, Count{0});
-  for (std::size_t k = 0; k < n; ++k) ++counts[random.below(n)];
-}
+struct Counts {
+  static constexpr std::size_t kPerWord = sizeof(std::uint64_t) / sizeof(Count);
+  static std::size_t size(std::size_t n) {
+    return (n + kPerWord - 1) / kPerWord * kPerWord * kLanes;
+  }
+  static void draw(Random& random, std::size_t n, std::span<Count> counts) {
+    std::ranges::fill(counts, Count{0});
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      for (std::size_t k = 0; k < n; ++k) {
+        const std::size_t point = random.below(n);
+        ++counts[(point / kPerWord * kLanes + lane) * kPerWord + point % kPerWord];
+      }
+    }
+  }
+};
 
-/// The counts of all resamples, one after the other, each filled up to whole lanes. They depend on
-/// the seed and the number of points alone: campaigns of an archive share them, and drawing is most
-/// of the work.
+/// The counts of all resamples. They depend on the seed and the number of points alone: campaigns
+/// of an archive share them, and drawing is most of the work.
 template <class Count>
-const std::vector<Count>& kept_counts(std::uint64_t seed, std::size_t n, std::size_t replicates) {
+const std::vector<Count>& kept_counts(std::uint64_t seed, std::size_t n, std::size_t blocks) {
   struct Kept {
     std::uint64_t seed = 0;
     std::size_t n = 0;
     std::vector<Count> counts = {};
   };
   thread_local Kept last;
-  const std::size_t row = filled_up(n);
-  if (last.seed != seed || last.n != n || last.counts.size() != row * replicates) {
+  const std::size_t size = Counts<Count>::size(n);
+  if (last.seed != seed || last.n != n || last.counts.size() != size * blocks) {
     Random random = Random::stream(seed, "bootstrap");
-    last = {seed, n, std::vector<Count>(row * replicates)};
-    for (std::size_t r = 0; r < replicates; ++r) {
-      draw(random, n, std::span(last.counts).subspan(r * row, row));
+    last = {seed, n, std::vector<Count>(size * blocks)};
+    for (std::size_t k = 0; k < blocks; ++k) {
+      Counts<Count>::draw(random, n, std::span(last.counts).subspan(k * size, size));
     }
   }
   return last.counts;
 }
 
+using LaneSums = std::array<double, kLanes>;
+
 struct Sums {
-  double a = 0;
-  double b = 0;
+  LaneSums a, b;
 };
 
-/// Sums of the points, each as often as it is taken, of some resamples.
+/// Sums of the points, each as often as it is taken, of some blocks of resamples.
+///   count = (2^52 | count) - 2^52, whose lowest bits are the count
 template <class Count>
-void add_up(const std::vector<double>& a, const std::vector<double>& b, const Count* counts,
+void add_up(std::span<const double> a, std::span<const double> b, const Count* counts,
             std::span<Sums> sums) {
-  typedef Count Counts __attribute__((vector_size(kLanes * sizeof(Count))));
-  at_level(cpu_level(), [&]<int>() {
-    for (Sums& sum : sums) {
-      Lanes sum_a = {}, sum_b = {};
-      for (std::size_t k = 0; k < a.size(); k += kLanes, counts += kLanes) {
-        Counts some;
-        Lanes of_a, of_b;
-        std::memcpy(&some, counts, sizeof some);
-        std::memcpy(&of_a, &a[k], sizeof of_a);
-        std::memcpy(&of_b, &b[k], sizeof of_b);
-        const Lanes times = __builtin_convertvector(some, Lanes);
-        sum_a += times * of_a;
-        sum_b += times * of_b;
+  constexpr std::size_t kPerWord = Counts<Count>::kPerWord;
+  constexpr int kBits = 8 * sizeof(Count);
+  constexpr std::uint64_t kMask = std::numeric_limits<Count>::max();
+  constexpr double k2To52 = 4503599627370496.0;
+  at_level(cpu_level(), [&]<int n>() {
+    typedef std::uint64_t Words __attribute__((vector_size(8 * n)));
+    constexpr std::size_t kPairs = 2;  // of lanes: one alone would wait for each of its sums
+    const auto add_some = [&](const Count* words, double* to_a, double* to_b) {
+      Real<n> sum_a[kPairs] = {}, sum_b[kPairs] = {};
+      for (std::size_t k = 0; k < a.size(); words += kLanes * kPerWord) {
+        Words word[kPairs];
+        std::memcpy(word, words, sizeof word);
+        for (const std::size_t end = std::min(k + kPerWord, a.size()); k < end; ++k) {
+          for (std::size_t p = 0; p < kPairs; ++p) {
+            const Words low = (word[p] & kMask) | std::bit_cast<std::uint64_t>(k2To52);
+            const Real<n> times = reinterpret_cast<Real<n>>(low) - k2To52;
+            sum_a[p] += times * a[k];
+            sum_b[p] += times * b[k];
+            word[p] >>= kBits;
+          }
+        }
       }
-      sum = {total(sum_a), total(sum_b)};
+      std::memcpy(to_a, sum_a, sizeof sum_a);
+      std::memcpy(to_b, sum_b, sizeof sum_b);
+    };
+    for (Sums& sum : sums) {
+      for (std::size_t lane = 0; lane < kLanes; lane += kPairs * n) {
+        add_some(counts + lane * kPerWord, &sum.a[lane], &sum.b[lane]);
+      }
+      counts += Counts<Count>::size(a.size());
     }
   });
 }
 
 template <class Count>
 std::vector<Sums> resampled_sums(std::span<const double> a, std::span<const double> b,
-                                 std::uint64_t seed, std::size_t replicates) {
-  const std::size_t n = a.size(), row = filled_up(n);
-  std::vector<double> filled_a(a.begin(), a.end()), filled_b(b.begin(), b.end());
-  filled_a.resize(row);
-  filled_b.resize(row);
-  std::vector<Sums> sums(replicates);
-  if (row * replicates * sizeof(Count) <= kKeptBytes) {
-    add_up(filled_a, filled_b, kept_counts<Count>(seed, n, replicates).data(), sums);
+                                 std::uint64_t seed, std::size_t blocks) {
+  const std::size_t size = Counts<Count>::size(a.size());
+  std::vector<Sums> sums(blocks);
+  if (size * blocks * sizeof(Count) <= kKeptBytes) {
+    add_up(a, b, kept_counts<Count>(seed, a.size(), blocks).data(), std::span(sums));
     return sums;
   }
   Random random = Random::stream(seed, "bootstrap");
-  std::vector<Count> counts(row);
+  std::vector<Count> counts(size);
   for (Sums& sum : sums) {
-    draw<Count>(random, n, counts);
-    add_up(filled_a, filled_b, counts.data(), std::span(&sum, 1));
+    Counts<Count>::draw(random, a.size(), std::span(counts));
+    add_up(a, b, counts.data(), std::span(&sum, 1));
   }
   return sums;
 }
@@ -113,13 +138,17 @@ template <class Figure>
 Interval resampled(std::span<const double> a, std::span<const double> b, std::uint64_t seed,
                    int replicates, const Figure& figure) {
   const auto all = static_cast<std::size_t>(replicates);
+  const std::size_t blocks = (all + kLanes - 1) / kLanes;
   const bool few = a.size() <= std::numeric_limits<std::uint8_t>::max();
   std::vector<double> figures;
-  figures.reserve(all);
-  for (const Sums& sum : few ? resampled_sums<std::uint8_t>(a, b, seed, all)
-                             : resampled_sums<std::uint32_t>(a, b, seed, all)) {
-    figures.push_back(figure(sum.a, sum.b));
+  figures.reserve(blocks * kLanes);
+  for (const Sums& sum : few ? resampled_sums<std::uint8_t>(a, b, seed, blocks)
+                             : resampled_sums<std::uint32_t>(a, b, seed, blocks)) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      figures.push_back(figure(sum.a[lane], sum.b[lane]));
+    }
   }
+  figures.resize(all);
   const auto [low, high] = quantiles(figures, 0.025, 0.975);
   return {low, high};
 }

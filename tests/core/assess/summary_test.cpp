@@ -1,6 +1,7 @@
 #include "core/assess/summary.hpp"
 #include "core/assess/verdict.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -24,17 +25,40 @@ TEST_CASE("p95 interpolates between order statistics whatever the order of the v
   CHECK_THAT(summarise(values).p95, WithinAbs(0.95 * 21, 1e-14));  // between 19 and 20
 }
 
-TEST_CASE("two quantiles at once are those found one by one", "[assess]") {
+TEST_CASE("quantiles are those of the sorted values, whatever their number, order and ties",
+          "[assess]") {
   Random random(3);
-  for (const std::size_t n : {1U, 2U, 3U, 7U, 200U}) {
-    std::vector<double> values;
-    for (std::size_t k = 0; k < n; ++k) values.push_back(static_cast<double>(random.below(9)));
-    for (const auto& [low, high] :
-         {std::pair(0.025, 0.975), {0.5, 0.5}, {0.0, 1.0}, {0.49, 0.51}}) {
-      CHECK(quantiles(values, low, high) ==
-            std::pair(quantile(values, low), quantile(values, high)));
+  const auto of_sorted = [](const std::vector<double>& sorted, double q) {
+    const double h = q * static_cast<double>(sorted.size() - 1);
+    const auto at = static_cast<std::size_t>(h);
+    const double above = sorted[std::min(at + 1, sorted.size() - 1)];
+    return sorted[at] + (h - std::floor(h)) * (above - sorted[at]);
+  };
+  for (const std::size_t n : {1U, 2U, 3U, 7U, 200U, 512U, 2000U, 2001U}) {
+    for (const std::uint64_t different : {1U, 9U, 1000U, 1'000'000U}) {
+      std::vector<double> values;
+      for (std::size_t k = 0; k < n; ++k) {
+        values.push_back(static_cast<double>(random.below(different)) - 4);
+      }
+      if (different == 1000) std::ranges::sort(values);
+      std::vector<double> sorted = values;
+      std::ranges::sort(sorted);
+      for (const double low : {0.0, 0.001, 0.025, 0.1, 0.49, 0.5}) {
+        for (const double high : {0.5, 0.51, 0.9, 0.975, 0.9999, 1.0}) {
+          CAPTURE(n, different, low, high);
+          CHECK(quantiles(values, low, high) ==
+                std::pair(of_sorted(sorted, low), of_sorted(sorted, high)));
+          CHECK(quantile(values, low) == of_sorted(sorted, low));
+        }
+      }
     }
   }
+  // What every 64th value tells of the others is wrong here.
+  std::vector<double> periodic(2048, 5.0);
+  for (std::size_t k = 0; k < periodic.size(); k += 32) periodic[k] = -1.0 - static_cast<double>(k);
+  std::vector<double> sorted = periodic;
+  std::ranges::sort(sorted);
+  CHECK(quantile(periodic, 0.1) == of_sorted(sorted, 0.1));
 }
 
 TEST_CASE("one value is its own mean, extremes and 95 % point", "[assess]") {
