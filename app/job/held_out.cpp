@@ -19,9 +19,9 @@ std::vector<Pose> held_out_poses(const Fit& fit, const Campaign& campaign,
     const Correction correction = fit(training);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (block[k] != out) continue;
-      const ForwardResult after = predicted_after(correction, campaign.mechanism, rows[k]);
-      if (!after.ok()) throw InputError({.what = "a corrected target is out of reach"});
-      poses[k] = after.pose;
+      const auto after = predicted_after(correction, campaign.mechanism, rows[k]);
+      if (!after) throw InputError({.what = "a corrected target is out of reach"});
+      poses[k] = *after;
     }
   }
   return poses;

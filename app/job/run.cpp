@@ -140,14 +140,13 @@ std::vector<Judged> judge(const Campaign& campaign, const Correction& correction
   points.reserve(measured.size());
   for (std::size_t k = 0; k < measured.size(); ++k) {
     const Reading& r = measured[k];
-    const ForwardResult& after = all_after[k];
-    if (!after.ok()) {
+    if (!all_after[k]) {
       throw InputError({.what = "the corrected robot cannot reach a target of the campaign",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
     }
     points.push_back({{.seq = r.seq,
                        .in_sample = r.set == ReadingSet::identify || fitted.holds(r.target),
-                       .after = difference(after.pose, r.target)},
+                       .after = difference(*all_after[k], r.target)},
                       difference(*r.measured, r.target)});
   }
   return points;

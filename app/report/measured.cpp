@@ -70,9 +70,8 @@ std::vector<Pair> predicted_pairs(const Measured& measured, const Group& group,
                                   const Correction& correction) {
   std::vector<Pair> pairs;
   for (const Visit* before : group.visits) {
-    const ForwardResult after =
-        predicted_after(correction, measured.campaign.mechanism, before->reading);
-    if (after.ok()) pairs.push_back({before, after.pose});
+    const auto after = predicted_after(correction, measured.campaign.mechanism, before->reading);
+    if (after) pairs.push_back({before, *after});
   }
   return pairs;
 }

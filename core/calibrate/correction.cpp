@@ -6,6 +6,7 @@
 
 #include "core/calibrate/joint_error.hpp"
 #include "core/error.hpp"
+#include "core/mechanism/poses.hpp"
 
 namespace trammel {
 
@@ -185,31 +186,38 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
   return samples;
 }
 
-std::vector<ForwardResult> predicted_after(const Correction& correction, const Mechanism& mechanism,
-                                           std::span<const Reading> readings) {
+std::vector<std::optional<Pose>> predicted_after(const Correction& correction,
+                                                 const Mechanism& mechanism,
+                                                 std::span<const Reading> readings) {
   const RailFrames nominal = rail_frames(mechanism.geometry);
   const auto* identified = std::get_if<GeometryCorrection>(&correction);
   const RailFrames rails = identified ? rail_frames(identified->geometry) : nominal;
-  const auto reached_by = [&](const Reading& r) {
-    if (!identified) return commanded(correction, mechanism, move_of(r));
-    const ChainsAtPose at = chains_at(rails, r.target.vector());  // as commanded(), without angles
-    return InverseResult{
-        .status = at.reached() ? InverseResult::Status::ok : InverseResult::Status::unreachable,
-        .chain = at.missed,
-        .l_mm = at.l_mm};
+  const auto command_mm = [&](const Reading& r) -> std::optional<Displacements> {
+    if (identified) return inverse_displacements(rails, r.target);  // the same without angles
+    const InverseResult at = commanded(correction, mechanism, move_of(r));
+    return at.ok() ? std::optional(at.l_mm) : std::nullopt;
   };
-  std::vector<ForwardResult> all;
-  all.reserve(readings.size());
-  for (const Reading& r : readings) {
+  std::vector<std::size_t> reached;  // targets of these readings
+  std::vector<Displacements> l_mm;
+  std::vector<Pose> poses;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const Reading& r = readings[k];
     const Eigen::Vector3d error_mm = joint_error_mm(nominal, r);
-    const InverseResult cmd = reached_by(r);
-    all.push_back(cmd.ok() ? forward(nominal, cmd.l_mm + error_mm, *r.measured) : failed(cmd));
+    const std::optional<Displacements> cmd_mm = command_mm(r);
+    if (!cmd_mm) continue;
+    reached.push_back(k);
+    l_mm.emplace_back(*cmd_mm + error_mm);
+    poses.push_back(*r.measured);
   }
-  return all;
+  std::vector<std::optional<Pose>> after(readings.size());
+  const std::vector<std::size_t> missed = poses_at(nominal, l_mm, poses);
+  for (std::size_t j = 0; j < reached.size(); ++j) after[reached[j]] = poses[j];
+  for (const std::size_t j : missed) after[reached[j]] = {};
+  return after;
 }
 
-ForwardResult predicted_after(const Correction& correction, const Mechanism& mechanism,
-                              const Reading& reading) {
+std::optional<Pose> predicted_after(const Correction& correction, const Mechanism& mechanism,
+                                    const Reading& reading) {
   return predicted_after(correction, mechanism, std::span(&reading, 1)).front();
 }
 

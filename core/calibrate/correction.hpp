@@ -2,8 +2,11 @@
 // What a calibration is for: a target pose in, the displacements that reach it out.
 
 #include <array>
+#include <optional>
+#include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "core/calibrate/joint_map.hpp"
 #include "core/measure/reading.hpp"
@@ -78,11 +81,13 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
 ///   X' = forward(l(X_measured) + cmd' - cmd), nominal kinematics, cmd' = commanded(target)
 /// A prediction, never a measurement: reports say so. In-sample for readings the correction was
 /// fitted to. First order in the change of the command; noise is kept as it was read.
-/// Throws InputError where the reading has no measured pose or leaves the nominal reach.
-ForwardResult predicted_after(const Correction& correction, const Mechanism& mechanism,
-                              const Reading& reading);
+/// Nothing where the corrected robot cannot reach the target. Throws InputError where the reading
+/// has no measured pose or leaves the nominal reach.
+std::optional<Pose> predicted_after(const Correction& correction, const Mechanism& mechanism,
+                                    const Reading& reading);
 /// Of many readings, with what they share done once; the same bits.
-std::vector<ForwardResult> predicted_after(const Correction& correction, const Mechanism& mechanism,
-                                           std::span<const Reading> readings);
+std::vector<std::optional<Pose>> predicted_after(const Correction& correction,
+                                                 const Mechanism& mechanism,
+                                                 std::span<const Reading> readings);
 
 }  // namespace trammel

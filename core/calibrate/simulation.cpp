@@ -1,32 +1,57 @@
 #include "core/calibrate/simulation.hpp"
 
+#include <algorithm>
+
 #include "core/assess/deviation.hpp"
 #include "core/error.hpp"
+#include "core/mechanism/poses.hpp"
 
 namespace trammel {
 
 std::vector<SimulatedError> simulated_errors(const Correction& correction,
                                              const Mechanism& mechanism,
                                              std::span<const Reading> readings) {
-  std::vector<SimulatedError> errors;
-  const RailFrames nominal_rails = rail_frames(mechanism.geometry);
-  const auto* identified = std::get_if<GeometryCorrection>(&correction);
-  const RailFrames rails = identified ? rail_frames(identified->geometry) : nominal_rails;
-  const bool is_geometry = identified || std::holds_alternative<NominalCorrection>(correction);
+  std::vector<const Reading*> rows;
+  std::vector<Displacements> cmd_mm;
+  std::vector<Pose> targets;  // near which every pose is
   for (const Reading& r : readings) {
     if (!r.measured) continue;
-    const Displacements& cmd_mm = r.conditions.cmd_mm;
-    const ForwardResult nominal = forward(nominal_rails, cmd_mm, r.target);  // which is near
-    const ForwardResult simulated = is_geometry ? forward(rails, cmd_mm, r.target)
-                                                : believed(correction, mechanism, r.conditions);
-    if (!nominal.ok() || !simulated.ok()) {
-      throw InputError({.what = "the command of this reading cannot be simulated",
-                        .where = {.point = "seq " + std::to_string(r.seq)},
-                        .expected = "displacements within the robot's reach"});
+    rows.push_back(&r);
+    cmd_mm.push_back(r.conditions.cmd_mm);
+    targets.push_back(r.target);
+  }
+  std::vector<std::size_t> missed;
+  const auto poses_of = [&](const Geometry& geometry) {
+    std::vector<Pose> poses = targets;
+    const auto more = poses_at(rail_frames(geometry), cmd_mm, poses);
+    missed.insert(missed.end(), more.begin(), more.end());
+    return poses;
+  };
+  const std::vector<Pose> nominal = poses_of(mechanism.geometry);
+  std::vector<Pose> simulated;
+  if (const auto* identified = std::get_if<GeometryCorrection>(&correction)) {
+    simulated = poses_of(identified->geometry);
+  } else if (std::holds_alternative<NominalCorrection>(correction)) {
+    simulated = nominal;
+  } else {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const ForwardResult at = believed(correction, mechanism, rows[k]->conditions);
+      if (!at.ok()) missed.push_back(k);
+      simulated.push_back(at.pose);
     }
-    errors.push_back({.target = r.target,
-                      .measured = pose_difference(*r.measured, nominal.pose),
-                      .simulated = pose_difference(simulated.pose, nominal.pose)});
+  }
+  if (!missed.empty()) {
+    const Reading& r = *rows[*std::ranges::min_element(missed)];
+    throw InputError({.what = "the command of this reading cannot be simulated",
+                      .where = {.point = "seq " + std::to_string(r.seq)},
+                      .expected = "displacements within the robot's reach"});
+  }
+  std::vector<SimulatedError> errors;
+  errors.reserve(rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    errors.push_back({.target = rows[k]->target,
+                      .measured = pose_difference(*rows[k]->measured, nominal[k]),
+                      .simulated = pose_difference(simulated[k], nominal[k])});
   }
   return errors;
 }

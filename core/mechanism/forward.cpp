@@ -65,13 +65,4 @@ ForwardResult forward(const Geometry& geometry, const Displacements& l_mm, const
   return forward(rail_frames(geometry), l_mm, start);
 }
 
-std::vector<ForwardResult> forward(const Geometry& geometry, std::span<const Displacements> l_mm,
-                                   const Pose& start) {
-  std::vector<ForwardResult> results;
-  results.reserve(l_mm.size());
-  const RailFrames rails = rail_frames(geometry);
-  for (const Displacements& l : l_mm) results.push_back(forward(rails, l, start));
-  return results;
-}
-
 }  // namespace trammel

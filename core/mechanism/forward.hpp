@@ -1,8 +1,5 @@
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "core/mechanism/displacements.hpp"
 #include "core/mechanism/geometry.hpp"
 #include "core/mechanism/pose.hpp"
@@ -30,8 +27,5 @@ struct [[nodiscard]] ForwardResult {
 ForwardResult forward(const Geometry& geometry, const Displacements& l_mm, const Pose& start = {});
 /// The same bits, for many poses of one robot.
 ForwardResult forward(const RailFrames& rails, const Displacements& l_mm, const Pose& start = {});
-
-std::vector<ForwardResult> forward(const Geometry& geometry, std::span<const Displacements> l_mm,
-                                   const Pose& start = {});
 
 }  // namespace trammel

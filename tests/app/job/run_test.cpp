@@ -159,9 +159,10 @@ TEST_CASE("the stored correction commands what the computed one did", "[job]") {
   const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = "lsq"});
   const Correction stored = correction_of(paper.db, outcome.job.id);
   const Campaign campaign = paper_campaign();
-  const ForwardResult after = predicted_after(stored, campaign.mechanism, campaign.readings[90]);
+  const auto after = predicted_after(stored, campaign.mechanism, campaign.readings[90]);
   const store::JobPoint point = points_of(paper.db, outcome.job)[90];
-  CHECK(after.pose.x_mm - campaign.readings[90].target.x_mm == point.after.x_mm);
+  REQUIRE(after);
+  CHECK(after->x_mm - campaign.readings[90].target.x_mm == point.after.x_mm);
 }
 
 TEST_CASE("lsq says its rank in words and gives no number for what it cannot know", "[job]") {

@@ -71,12 +71,12 @@ TEST_CASE("the reading predicted after compensation is the reading that robot th
   const Geometry truth = random_geometry(random);
   for (const Reading& r : measure(truth, eighty_points(), random, {1e-12, 1e-12})) {
     const Correction correction = GeometryCorrection{truth};
-    const ForwardResult predicted = predicted_after(correction, paper_mechanism(), r);
+    const auto predicted = predicted_after(correction, paper_mechanism(), r);
     const auto cmd = commanded(correction, paper_mechanism(), move_of(r));
     const ForwardResult real = forward(truth, cmd.l_mm);
-    REQUIRE(predicted.ok());
-    CHECK(position_error_mm(predicted.pose, real.pose) < 2e-3);  // second order of 0.5 mm
-    CHECK(position_error_mm(predicted.pose, r.target) < 2e-3);
+    REQUIRE(predicted);
+    CHECK(position_error_mm(*predicted, real.pose) < 2e-3);  // second order of 0.5 mm
+    CHECK(position_error_mm(*predicted, r.target) < 2e-3);
   }
 }
 

@@ -1,7 +1,12 @@
 #include "core/mechanism/forward.hpp"
 
+#include <algorithm>
+
+#include "core/mechanism/error_rows.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/mechanism/poses.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/cpu_levels.hpp"
 #include "tests/support/csv.hpp"
 #include "tests/support/workspace.hpp"
 
@@ -62,10 +67,59 @@ TEST_CASE("displacements no pose can have are refused, not iterated for ever", "
   CHECK_FALSE(forward(paper_mechanism().geometry, {NAN, 261, 261}).ok());
 }
 
-TEST_CASE("a batch of displacements gives what single calls give", "[mechanism]") {
+TEST_CASE("poses of a table are those of single calls, wherever one stands and on every level",
+          "[mechanism]") {
+  Random random(13);
+  const Geometry geometry = tests::random_geometry(random, 3);
+  const RailFrames rails = rail_frames(geometry);
+  std::vector<Displacements> l;
+  std::vector<Pose> starts;
+  for (int k = 0; k < 83; ++k) {
+    const Pose truth = tests::random_pose(random);
+    l.push_back(inverse(geometry, truth).l_mm);
+    starts.push_back({truth.x_mm + random.uniform(-5, 5), truth.y_mm + random.uniform(-5, 5),
+                      truth.phi_rad + random.uniform(-0.05, 0.05)});
+  }
+  l[7] = Displacements::Constant(5000);  // out of reach
+  starts[20] = {0, 5000, 0};             // from where no step leads
+  l[82] = {NAN, 261, 261};
+  const std::vector<std::size_t> lost = {7, 20, 82};
+  std::vector<Pose> poses = starts;
+  CHECK(poses_at(rails, l, poses) == lost);
+  for (std::size_t k = 0; k < l.size(); ++k) {
+    CAPTURE(k);
+    const ForwardResult single = forward(rails, l[k], starts[k]);
+    REQUIRE(single.ok() == !std::ranges::binary_search(lost, k));
+    if (!single.ok()) continue;
+    CHECK((poses[k].vector() - single.pose.vector()).cwiseAbs().maxCoeff() < 1e-9);
+    std::vector<Pose> alone = {starts[k]};
+    REQUIRE(poses_at(rails, std::span(&l[k], 1), alone).empty());
+    CHECK(alone[0] == poses[k]);
+  }
+  for (const CpuLevel level : tests::levels_here()) {
+    std::vector<Pose> again = starts;
+    CHECK(poses_at(rails, l, again, level) == lost);
+    for (std::size_t k = 0; k < l.size(); ++k) {
+      if (!std::ranges::binary_search(lost, k)) CHECK(again[k] == poses[k]);
+    }
+  }
+}
+
+TEST_CASE("a pose that only shorter steps find is found in a table too", "[mechanism]") {
   const Geometry geometry = paper_mechanism().geometry;
-  const std::vector<Displacements> all = {{261, 262, 263}, {250, 270, 260}};
-  const auto batch = forward(geometry, all);
-  REQUIRE(batch.size() == 2);
-  for (std::size_t i = 0; i < 2; ++i) CHECK(batch[i].pose == forward(geometry, all[i]).pose);
+  const RailFrames rails = rail_frames(geometry);
+  Random random(14);
+  int shortened = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Displacements l = inverse(geometry, tests::random_pose(random)).l_mm;
+    const Pose start{random.uniform(-300, 300), random.uniform(-300, 300), random.uniform(-2, 2)};
+    const ForwardResult single = forward(rails, l, start);
+    std::vector<Pose> found = {start};
+    REQUIRE(poses_at(rails, std::span(&l, 1), found).empty() == single.ok());
+    std::vector<Pose> by_whole_steps = {start};
+    Eigen::MatrixXd J;
+    const bool whole = error_rows(rails, std::span(&l, 1), by_whole_steps, J).empty();
+    if (single.ok() && !whole) ++shortened;
+  }
+  CHECK(shortened > 0);
 }
