@@ -15,8 +15,8 @@ namespace trammel::job {
 
 namespace {
 
-constexpr std::size_t kBatch = 128;    // jobs a commit
-constexpr std::size_t kWaiting = 512;  // found and not yet stored: threads wait beyond
+constexpr std::size_t kBatch = 64;    // jobs a commit
+constexpr std::size_t kWaiting = 128;  // found and not yet stored: threads wait beyond
 
 /// What a thread has found about a campaign: a job, or that one is known, or why there is none.
 struct Found {

@@ -313,11 +313,10 @@ store::NewJob recompute(store::Connection& connection, const store::Job& job) {
 std::optional<Computation> compute_new(store::Connection& connection, const Request& request) {
   Computation computation;
   std::optional<store::Snapshot> snapshot(connection);
-  const store::Id campaign = store::require_campaign(connection, request.campaign).id;
-  computation.readings_head = store::chain_head(connection, campaign);
-  computation.n_exclusions = store::exclusions(connection, campaign).size();
   const Inputs in = load(connection, request);
-  if (!request.force && store::has_job(connection, campaign, in.key.key)) return std::nullopt;
+  computation.readings_head = store::chain_head(connection, in.row.id);
+  computation.n_exclusions = static_cast<std::size_t>(in.row.n_exclusions);
+  if (!request.force && store::has_job(connection, in.row.id, in.key.key)) return std::nullopt;
   snapshot.reset();
   computation.job = computed(in);
   return computation;
