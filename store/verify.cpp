@@ -92,28 +92,42 @@ void chain(Connection& connection, CheckReport& report, std::string& place) {
   }
 }
 
+// The one row that may be without a seal.
+bool is_open_attempt(Connection& connection, const Sealed& sealed, Id id) {
+  if (sealed.table != "attempt") return false;
+  Statement row(connection, "SELECT 1 FROM attempt WHERE attempt_id = ? AND status = 'open'");
+  row << id;
+  return row.step();
+}
+
+// Every row that has a seal is compared with it, whatever it says of itself. Walks the table
+// itself.
 void seals(Connection& connection, const Sealed& sealed, CheckReport& report, std::string& place) {
-  const std::string open = sealed.table == "attempt" ? " WHERE status <> 'open'" : "";
-  Statement ids(connection, "SELECT " + sealed.id + " FROM " + sealed.table + open);
+  Statement ids(connection, "SELECT " + sealed.id + " FROM " + sealed.table +
+                                " NOT INDEXED ORDER BY " + sealed.id);
   Statement stored(connection, "SELECT sha256 FROM seal WHERE table_name = ? AND row_id = ?");
   Id previous = 0;
   std::string previous_name;
   while (ids.step()) {
-    ++report.n_sealed;
     const Id id = ids.integer(0);
     const std::string own_name = sealed.table + " " + std::to_string(id);
     const std::string name = own_name + after(id, previous, previous_name);
-    place = own_name + ", or the row after it";
+    place = "the row after " + own_name;
     previous = id;
     previous_name = own_name;
-    stored << sealed.table << id;
-    if (!stored.step()) {
-      report.findings.push_back(name + ": has no seal");
-    } else if (!std::ranges::equal(stored.blob(0), seal_of(connection, sealed, id))) {
-      report.findings.push_back(name +
-                                ": this row, or one that belongs to it, is not what was "
-                                "stored");
-    }
+    guarded(report, name, [&](const std::string&) {
+      stored << sealed.table << id;
+      const bool has_seal = stored.step();
+      if (!has_seal && is_open_attempt(connection, sealed, id)) return;
+      ++report.n_sealed;
+      if (!has_seal) {
+        report.findings.push_back(name + ": has no seal");
+      } else if (!std::ranges::equal(stored.blob(0), seal_of(connection, sealed, id))) {
+        report.findings.push_back(name +
+                                  ": this row, or one that belongs to it, is not what was "
+                                  "stored");
+      }
+    });
     stored.reset();
   }
   Statement lost(connection,
@@ -151,9 +165,10 @@ CheckReport check(Connection& connection) {
 
 CheckReport verify(Connection& connection) {
   CheckReport report = check(connection);
-  guarded(report, "readings", [&](std::string& place) { chain(connection, report, place); });
+  guarded(report, "the first row of reading",
+          [&](std::string& place) { chain(connection, report, place); });
   for (const Sealed& sealed : sealed_tables()) {
-    guarded(report, sealed.table,
+    guarded(report, "the first row of " + sealed.table,
             [&](std::string& place) { seals(connection, sealed, report, place); });
   }
   guarded(report, "counts", [&](const std::string&) { counts(connection, report); });

@@ -39,6 +39,22 @@ std::string whole_database(const TempFolder& folder) {
   return bytes_of(folder.file("copy.db"));
 }
 
+// The n attempts at a session's points and their readings, in one file without a log.
+std::filesystem::path measured_database(const TempFolder& folder, int n) {
+  Connection db = store::open(folder.file("lab.db"), Access::create);
+  const Id campaign = import_campaign(db, test::small_campaign(), {{2, "{}"}}).campaign_id;
+  test::measured_session(db, campaign, "baseline", n);
+  Connection(folder.file("lab.db"), Access::write)
+      .execute("VACUUM INTO '" + folder.file("copy.db").string() + "'");
+  return folder.file("copy.db");
+}
+
+std::string all_lines(const std::vector<std::string>& findings) {
+  std::string all;
+  for (const std::string& finding : findings) all += finding + "\n";
+  return all;
+}
+
 // What verify says of a file, or why it can not be opened.
 std::vector<std::string> verdict(const std::filesystem::path& file) {
   try {
@@ -85,6 +101,36 @@ TEST_CASE("every single changed byte of every stored reading is found and the re
   CHECK(count.untouched_is_clean);  // the control
   INFO(count.first_miss);
   CHECK(count.first_miss.empty());
+}
+
+TEST_CASE("a changed length of any row on several pages is found and the row named", "[store]") {
+  const TempFolder folder;
+  const auto file = measured_database(folder, 130);
+  constexpr int kFirstByteOnly = 1 << 16;
+  for (const char* table : {"attempt", "reading"}) {
+    const test::SweepCount count =
+        test::sweep_bytes(file, {.table = table, .masks = {0x01, 0x80}, .step = kFirstByteOnly});
+    INFO(table << ": " << count.first_miss);
+    CHECK(count.untouched_is_clean);
+    CHECK(count.bytes >= 2 * 130);
+    CHECK(count.named == count.bytes);
+  }
+}
+
+TEST_CASE("a closed attempt that says it is open again is found", "[store]") {
+  const TempFolder folder;
+  const auto file = folder.file("lab.db");
+  {
+    Connection db = store::open(file, Access::create);
+    const Id campaign = import_campaign(db, test::small_campaign(), {}).campaign_id;
+    const Id session = create_session(
+        db, {.campaign_id = campaign, .name = "baseline", .points = test::line_plan(1)});
+    const Epoch epoch = open_epoch(db, session, SetUp::fresh, "start");
+    fail_attempt(db, begin_attempt(db, session, 1, epoch.id), "beam lost");
+    REQUIRE(verify(db).ok());
+  }
+  tamper(file, "attempt", "UPDATE attempt SET status = 'open', closed_utc = NULL");
+  CHECK_THAT(all_lines(verdict(file)), Contains("attempt 1: this row"));
 }
 
 TEST_CASE("a changed value in any column of a raw table is found", "[store]") {
@@ -164,9 +210,7 @@ TEST_CASE("verify finds rows that were changed, taken away or slipped in", "[sto
     tamper(file, c.table, c.sql);
     const auto findings = verdict(file);
     REQUIRE_FALSE(findings.empty());
-    std::string all;
-    for (const std::string& finding : findings) all += finding + "\n";
-    CHECK_THAT(all, Contains(c.named));
+    CHECK_THAT(all_lines(findings), Contains(c.named));
     std::filesystem::remove(file.string() + "-wal");
     std::filesystem::remove(file.string() + "-shm");
   }

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 
 #include "store/open.hpp"
@@ -103,22 +104,33 @@ std::map<std::int64_t, std::string> names_of(const std::filesystem::path& file,
   return names;
 }
 
+/// "attempt 1" is not in "attempt 12", nor in "the row after attempt 1".
+bool says(const std::string& findings, const std::string& name) {
+  constexpr std::string_view kAfter = "after ";
+  for (auto at = findings.find(name); at != findings.npos; at = findings.find(name, at + 1)) {
+    const std::size_t end = at + name.size();
+    const bool goes_on = end < findings.size() && std::isdigit(findings[end]) != 0;
+    const bool is_before = findings.substr(0, at).ends_with(kAfter);
+    if (!goes_on && !is_before) return true;
+  }
+  return false;
+}
+
 /// The row by its name or, where the changed byte is in that, by its table and id; as the one
-/// before the row that no longer fits; or the place where the walk broke off: after the row before.
+/// before the row that no longer fits; or as the one after the row before.
 bool names(const std::string& findings, const std::map<std::int64_t, std::string>& all,
            const std::string& table, std::int64_t rowid) {
   const auto row = all.find(rowid);
   if (row == all.end()) return false;
-  if (findings.find(row->second) != findings.npos) return true;
+  if (says(findings, row->second)) return true;
   if (findings.find(table + " " + std::to_string(rowid) + " (") != findings.npos) return true;
   const auto next = std::next(row);
   if (next != all.end() &&
       findings.find(next->second + ": this row, or the one before it") != findings.npos) {
     return true;
   }
-  if (row == all.begin()) return findings.find("the database is damaged") != findings.npos;
-  const std::string& before = std::prev(row)->second;
-  return findings.find(before) != findings.npos && findings.find("after") != findings.npos;
+  if (row == all.begin()) return findings.find("the first row") != findings.npos;
+  return says(findings, "the row after " + table + " " + std::to_string(std::prev(row)->first));
 }
 
 std::uint32_t root_of(const std::filesystem::path& file, const std::string& table) {

@@ -33,7 +33,7 @@ struct SweepCount {
   int rows = 0;
   int bytes = 0;  // that were changed, one at a time
   int found = 0;
-  int named = 0;  // the findings name the row, or say that the file broke after the one before
+  int named = 0;  // the findings name the row, or say that it is the one after the row before
   bool untouched_is_clean = false;  // the control: verify finds nothing in the file as it was
   std::string first_miss = {};      // what was not found or not named
 };
