@@ -10,9 +10,9 @@ namespace trammel::store {
 
 namespace {
 
-constexpr std::array<std::string_view, 8> kHarmlessPragmas = {
-    "user_version",      "application_id", "quick_check", "integrity_check",
-    "foreign_key_check", "wal_checkpoint", "table_info",  "data_version"};
+constexpr std::array<std::string_view, 9> kHarmlessPragmas = {
+    "user_version",   "application_id", "quick_check",  "integrity_check", "foreign_key_check",
+    "wal_checkpoint", "table_info",     "data_version", "page_count"};
 
 constexpr std::array<std::string_view, 4> kAttemptColumns = {"status", "n_readings", "detail",
                                                              "closed_utc"};

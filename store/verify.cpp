@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <regex>
+#include <sstream>
 
+#include "store/pages.hpp"
 #include "store/reading.hpp"
+#include "store/row_name.hpp"
 #include "store/seal.hpp"
 
 namespace trammel::store {
@@ -26,22 +30,41 @@ void guarded(CheckReport& report, std::string place, Walk walk) {
   }
 }
 
-// SQLite names an index and a number; a person asks for the table's row.
-std::string with_row(Connection& connection, const std::string& finding) {
+// SQLite names an index and a number, or a page; a person asks for the table's row. `pages` are
+// a copy of the file: made of a damaged one only.
+std::string with_row(Connection& connection, std::optional<Pages>& pages,
+                     const std::string& finding) {
   static const std::regex missing("row (-?[0-9]+) missing from index ([A-Za-z0-9_]+)");
+  static const std::regex on_page("[Pp]age ([0-9]{1,10})( cell ([0-9]{1,10}))?");
   std::smatch match;
-  if (!std::regex_match(finding, match, missing)) return "SQLite: " + finding;
-  Statement table(connection,
-                  "SELECT tbl_name FROM sqlite_schema WHERE type = 'index' AND name = ?");
-  table << match[2].str();
-  return table.step() ? table.text(0) + " " + match[1].str() + " (" + finding + ")"
-                      : "SQLite: " + finding;
+  if (std::regex_match(finding, match, missing)) {
+    Statement table(connection,
+                    "SELECT tbl_name FROM sqlite_schema WHERE type = 'index' AND name = ?");
+    table << match[2].str();
+    if (table.step()) return table.text(0) + " " + match[1].str() + " (" + finding + ")";
+  } else if (std::regex_search(finding, match, on_page)) {
+    if (!pages) pages.emplace(connection);
+    const auto cell = match[3].matched ? std::optional(std::stoll(match[3])) : std::nullopt;
+    const std::string name = pages->name(std::stoll(match[1]), cell);
+    // Of two rows out of order SQLite names the first, whichever is damaged.
+    const bool order = finding.ends_with("out of order");
+    const std::string what =
+        order ? ": out of order with a row beside it" : ": damaged in the file";
+    if (!name.empty()) return name + what + " (" + finding + ")";
+  }
+  return "SQLite: " + finding;
 }
 
 void integrity(Connection& connection, CheckReport& report) {
+  std::optional<Pages> pages;
   Statement rows(connection, "PRAGMA integrity_check");
   while (rows.step()) {
-    if (rows.text(0) != "ok") report.findings.push_back(with_row(connection, rows.text(0)));
+    std::istringstream lines(rows.text(0));
+    for (std::string line; std::getline(lines, line);) {
+      const bool is_heading = line.starts_with("*** in database ");
+      if (line == "ok" || is_heading) continue;
+      report.findings.push_back(with_row(connection, pages, line));
+    }
   }
 }
 
@@ -51,12 +74,6 @@ void foreign_keys(Connection& connection, CheckReport& report) {
     report.findings.push_back(rows.text(0) + " row " + rows.text(1) + ": names a row of " +
                               rows.text(2) + " that is not there");
   }
-}
-
-// A row whose number may be what the damage made of it is known by the one before it.
-std::string after(std::int64_t id, std::int64_t previous, const std::string& previous_name) {
-  if (id == previous + 1) return "";
-  return previous_name.empty() ? ", the first row" : ", the row after " + previous_name;
 }
 
 // Walks the table itself: through an index SQLite would read the index's copy of seq.

@@ -49,6 +49,12 @@ std::filesystem::path measured_database(const TempFolder& folder, int n) {
   return folder.file("copy.db");
 }
 
+std::uint32_t root_of(const std::filesystem::path& file, const std::string& name) {
+  Connection db(file, Access::read_only);
+  return static_cast<std::uint32_t>(
+      test::number(db, "SELECT rootpage FROM sqlite_schema WHERE name = '" + name + "'"));
+}
+
 std::string all_lines(const std::vector<std::string>& findings) {
   std::string all;
   for (const std::string& finding : findings) all += finding + "\n";
@@ -115,6 +121,54 @@ TEST_CASE("a changed length of any row on several pages is found and the row nam
     CHECK(count.bytes >= 2 * 130);
     CHECK(count.named == count.bytes);
   }
+}
+
+TEST_CASE("what SQLite says of a page is said of its table, its index and its row", "[store]") {
+  const TempFolder folder;
+  const auto file = measured_database(folder, 130);
+  const std::string whole = bytes_of(file);
+  const auto verdict_with = [&](std::size_t at, char byte) {
+    std::string changed = whole;
+    changed[at] = byte;
+    write(file, changed);
+    return all_lines(verdict(file));
+  };
+  const std::vector<test::Cell> rows = test::rows_of(whole, root_of(file, "attempt"));
+  REQUIRE(rows.size() == 130);
+  // The changed length takes the number's byte in, and the next one becomes the number: 10, always.
+  const std::vector<std::pair<std::size_t, std::string>> named = {
+      {1, "attempt 10, the first row"},
+      {2, "attempt 10, the row after attempt 1"},
+      {10, "attempt 10"},
+      {65, "attempt 10, the row after attempt 64"},
+      {130, "attempt 10, the row after attempt 129"}};
+  for (const auto& [id, name] : named) {
+    const std::size_t at = rows[id - 1].begin;
+    const std::string findings = verdict_with(at, static_cast<char>(whole[at] ^ '\x80'));
+    CHECK_THAT(findings, Contains(name + ": damaged in the file (On tree page "));
+  }
+  CHECK_THAT(verdict_with(rows[11].begin + 1, 2),  // 12 is 2 now
+             Contains("attempt 11: out of order with a row beside it (On tree page "));
+  const std::size_t page_bytes = 4096;
+  const auto page_of = [&](const char* name) { return (root_of(file, name) - 1) * page_bytes; };
+  write(file, whole);
+  const std::size_t table = page_of("attempt"), index = page_of("attempt_ok_once"),
+                    one_page = page_of("epoch");
+  CHECK_THAT(verdict_with(index + 4, 0), Contains("index attempt_ok_once of attempt: damaged"));
+  CHECK_THAT(verdict_with(table + 4, 0), Contains("attempt: damaged in the file"));
+  CHECK_THAT(verdict_with(one_page + 7, 1), Contains("epoch, rows 1 to 2: damaged in the file"));
+}
+
+TEST_CASE("a page that leads back to itself ends no walk of verify in a circle", "[store]") {
+  const TempFolder folder;
+  const auto file = measured_database(folder, 130);
+  std::string bytes = bytes_of(file);
+  const std::uint32_t root = root_of(file, "attempt");
+  const std::size_t page = (root - 1) * 4096;
+  REQUIRE(bytes[page] == 5);
+  bytes[page + 11] = static_cast<char>(root);  // the rightmost page
+  write(file, bytes);
+  CHECK_THAT(all_lines(verdict(file)), Contains("attempt: damaged in the file"));
 }
 
 TEST_CASE("a closed attempt that says it is open again is found", "[store]") {
