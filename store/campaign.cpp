@@ -118,7 +118,8 @@ Sha256 content(const Campaign& c, const TextBySeq& extra_json, const TextBySeq& 
 Sha256 stored_content(Connection& connection, Id campaign_id, bool with_raw) {
   const LoadedCampaign loaded = load_campaign(connection, campaign_id, {.with_excluded = true});
   TextBySeq extra_json, raw_reply;
-  for (const auto& [reading_id, session_id, attempt_id, data] : loaded.stored) {
+  for (const StoredReading& stored : readings(connection, campaign_id)) {
+    const NewReading& data = stored.data;
     if (data.extra_json) extra_json.emplace(data.reading.seq, *data.extra_json);
     if (with_raw && data.raw_reply) raw_reply.emplace(data.reading.seq, *data.raw_reply);
   }
@@ -245,27 +246,23 @@ ImportResult import_campaign(Connection& connection, const Campaign& campaign,
 }
 
 LoadedCampaign load_campaign(Connection& connection, Id campaign_id, const LoadOptions& options) {
-  LoadedCampaign loaded{.campaign = load_head(connection, campaign_id),
-                        .stored = readings(connection, campaign_id, options.sessions),
-                        .exclusions = {},
-                        .sessions = {}};
+  LoadedCampaign loaded{
+      .campaign = load_head(connection, campaign_id), .exclusions = {}, .sessions = {}};
   std::map<int, Exclusion> excluded;
   for (Exclusion& e : exclusions(connection, campaign_id)) excluded.emplace(e.seq, std::move(e));
+  const std::vector<SessionReading> all =
+      session_readings(connection, campaign_id, options.sessions);
   std::set<Id> sessions;
-  for (const StoredReading& stored : loaded.stored) {
-    sessions.insert(stored.session_id);
-    const auto found = excluded.find(stored.data.reading.seq);
+  loaded.campaign.readings.reserve(all.size());
+  for (const auto& [session_id, reading] : all) {
+    sessions.insert(session_id);
+    const auto found = excluded.find(reading.seq);
     if (found != excluded.end()) loaded.exclusions.push_back(found->second);
-  }
-  if (!options.with_excluded) {
-    std::erase_if(loaded.stored, [&](const StoredReading& stored) {
-      return excluded.contains(stored.data.reading.seq);
-    });
+    if (found == excluded.end() || options.with_excluded) {
+      loaded.campaign.readings.push_back(reading);
+    }
   }
   loaded.sessions.assign(sessions.begin(), sessions.end());
-  for (const StoredReading& stored : loaded.stored) {
-    loaded.campaign.readings.push_back(stored.data.reading);
-  }
   return loaded;
 }
 

@@ -58,7 +58,6 @@ struct LoadOptions {
 
 struct LoadedCampaign {
   Campaign campaign;                  // readings by seq, less the excluded ones
-  std::vector<StoredReading> stored;  // the same readings with all that was stored of them
   std::vector<Exclusion> exclusions;  // of the sessions looked at: honoured unless with_excluded
   std::vector<Id> sessions;           // whose readings these are
 };

@@ -15,25 +15,29 @@ namespace {
 
 constexpr std::array<const char*, 3> kSets = {"identify", "validate", "predict"};
 
-// The order of kReadingColumns.
+// Columns of a reading as jobs take it, and after them what else is stored of it.
+constexpr const char* kNumbers =
+    "seq, session_id, epoch, reading_set, target_x_mm, target_y_mm, target_phi_rad, cmd_l1_mm, "
+    "cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, from_l3_mm, x_mm, y_mm, phi_rad, time_s, "
+    "temp_degc";
+constexpr const char* kRest =
+    ", reading_id, attempt_id, encoder_l1_mm, encoder_l2_mm, encoder_l3_mm, raw_reply, extra_json";
 enum Column {
-  kReadingId,
-  kCampaignId,
   kSeq,
   kSessionId,
   kEpoch,
-  kAttemptId,
   kSet,
   kTarget,
   kCmd = kTarget + 3,
   kFrom = kCmd + 3,
   kMeasured = kFrom + 3,
-  kEncoder = kMeasured + 3,
-  kTime = kEncoder + 3,
+  kTime = kMeasured + 3,
   kTemp,
-  kRawReply,
-  kExtra,
-  kColumns
+  kReadingId,
+  kAttemptId,
+  kEncoder,
+  kRawReply = kEncoder + 3,
+  kExtra
 };
 
 // Binds a row and digests the same values.
@@ -76,29 +80,46 @@ Sha256 sha256_at(const Statement& row, int column) {
   return sha256;
 }
 
+Reading reading_at(const Statement& row) {
+  Reading reading{.seq = static_cast<int>(row.integer(kSeq)),
+                  .set = reading_set(row.text(kSet)),
+                  .target = pose_at(row, kTarget),
+                  .conditions = {.cmd_mm = displacements_at(row, kCmd),
+                                 .from_mm = displacements_at(row, kFrom),
+                                 .epoch = static_cast<int>(row.integer(kEpoch)),
+                                 .time_s = row.optional_real(kTime),
+                                 .temp_degc = row.optional_real(kTemp)},
+                  .measured = {}};
+  if (!row.is_null(kMeasured)) reading.measured = pose_at(row, kMeasured);
+  return reading;
+}
+
 StoredReading stored_at(const Statement& row) {
   StoredReading stored{.reading_id = row.integer(kReadingId),
                        .session_id = row.integer(kSessionId),
                        .attempt_id = row.optional_integer(kAttemptId),
-                       .data = {}};
-  Reading& reading = stored.data.reading;
-  reading.seq = static_cast<int>(row.integer(kSeq));
-  reading.set = reading_set(row.text(kSet));
-  reading.target = pose_at(row, kTarget);
-  reading.conditions = {.cmd_mm = displacements_at(row, kCmd),
-                        .from_mm = displacements_at(row, kFrom),
-                        .epoch = static_cast<int>(row.integer(kEpoch)),
-                        .time_s = row.optional_real(kTime),
-                        .temp_degc = row.optional_real(kTemp)};
-  if (!row.is_null(kMeasured)) reading.measured = pose_at(row, kMeasured);
+                       .data = {.reading = reading_at(row)}};
   if (!row.is_null(kEncoder)) stored.data.encoder_mm = displacements_at(row, kEncoder);
   stored.data.raw_reply = row.optional_text(kRawReply);
   if (!row.is_null(kExtra)) stored.data.extra_json = stored_json(row, kExtra);
   return stored;
 }
 
+/// Calls `take(row)` for each of the campaign's readings in these sessions (empty: all), by seq.
+template <class Take>
+void for_each_row(Connection& connection, const std::string& columns, Id campaign_id,
+                  const std::vector<Id>& sessions, const Take& take) {
+  Statement rows(connection,
+                 "SELECT " + columns + " FROM reading WHERE campaign_id = ? ORDER BY seq");
+  rows << campaign_id;
+  while (rows.step()) {
+    if (sessions.empty() || std::ranges::count(sessions, rows.integer(kSessionId)) > 0) take(rows);
+  }
+}
+
 }  // namespace
 
+constexpr int kColumns = 27;
 const char* const kReadingColumns =
     "reading_id, campaign_id, seq, session_id, epoch, attempt_id, reading_set, target_x_mm, "
     "target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, "
@@ -199,16 +220,18 @@ void ReadingWriter::add_all(std::span<const NewReading> all, Id session_id) {
 
 std::vector<StoredReading> readings(Connection& connection, Id campaign_id,
                                     const std::vector<Id>& sessions) {
-  static const std::string sql =
-      std::string("SELECT ") + kReadingColumns + " FROM reading WHERE campaign_id = ? ORDER BY seq";
   std::vector<StoredReading> all;
-  Statement rows(connection, sql);
-  rows << campaign_id;
-  while (rows.step()) {
-    if (sessions.empty() || std::ranges::count(sessions, rows.integer(kSessionId)) > 0) {
-      all.push_back(stored_at(rows));
-    }
-  }
+  for_each_row(connection, std::string(kNumbers) + kRest, campaign_id, sessions,
+               [&](const Statement& row) { all.push_back(stored_at(row)); });
+  return all;
+}
+
+std::vector<SessionReading> session_readings(Connection& connection, Id campaign_id,
+                                             const std::vector<Id>& sessions) {
+  std::vector<SessionReading> all;
+  for_each_row(connection, kNumbers, campaign_id, sessions, [&](const Statement& row) {
+    all.push_back({row.integer(kSessionId), reading_at(row)});
+  });
   return all;
 }
 

@@ -64,6 +64,14 @@ class ReadingWriter {
 std::vector<StoredReading> readings(Connection& connection, Id campaign_id,
                                     const std::vector<Id>& sessions = {});
 
+/// The same without what came with the numbers, for jobs.
+struct SessionReading {
+  Id session_id = 0;
+  Reading reading;
+};
+std::vector<SessionReading> session_readings(Connection& connection, Id campaign_id,
+                                             const std::vector<Id>& sessions = {});
+
 /// The chain's end: SHA-256 over all that was read, in order. Zeros for a campaign without
 /// readings.
 Sha256 chain_head(Connection& connection, Id campaign_id);

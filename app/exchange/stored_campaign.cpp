@@ -4,6 +4,7 @@
 #include <set>
 
 #include "store/session.hpp"
+#include "store/transaction.hpp"
 
 namespace trammel {
 
@@ -17,6 +18,7 @@ store::ImportResult store_campaign(store::Connection& connection, const Campaign
 }
 
 CampaignFile stored_campaign(store::Connection& connection, const store::CampaignRow& campaign) {
+  const store::Snapshot snapshot(connection);
   store::LoadedCampaign loaded =
       store::load_campaign(connection, campaign.id, {.sessions = {}, .with_excluded = true});
   std::map<store::Id, std::string> session_names;
@@ -25,7 +27,7 @@ CampaignFile stored_campaign(store::Connection& connection, const store::Campaig
   }
   CampaignFile file;
   std::set<std::string> columns;
-  for (const store::StoredReading& reading : loaded.stored) {
+  for (const store::StoredReading& reading : store::readings(connection, campaign.id)) {
     std::map<std::string, std::string> extras;
     if (reading.data.extra_json) extras = nlohmann::json::parse(*reading.data.extra_json);
     if (!campaign.imported) extras["x_session"] = session_names[reading.session_id];

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/job/correction_json.hpp"
+#include "store/transaction.hpp"
 
 namespace trammel::report {
 
@@ -80,9 +81,15 @@ std::vector<Pair> predicted_pairs(const Measured& measured, const Group& group,
 
 Measured load_measured(store::Connection& connection, const store::CampaignRow& campaign) {
   Measured measured;
+  const store::Snapshot snapshot(connection);
   store::LoadedCampaign loaded = store::load_campaign(connection, campaign.id);
+  std::vector<store::StoredReading> stored = store::readings(connection, campaign.id);
+  std::erase_if(stored, [&](const store::StoredReading& reading) {
+    return std::ranges::find(loaded.exclusions, reading.data.reading.seq, &store::Exclusion::seq) !=
+           loaded.exclusions.end();
+  });
   for (const store::SessionRow& session : store::list_sessions(connection, campaign.id)) {
-    measured.walks.push_back(make_walk(connection, session, loaded.stored));
+    measured.walks.push_back(make_walk(connection, session, stored));
   }
   measured.campaign = std::move(loaded.campaign);
   measured.exclusions = std::move(loaded.exclusions);

@@ -8,6 +8,7 @@ import sqlite3
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.special import chdtri
 from sklearn.cluster import KMeans
 
 SIGMA = np.array([0.010, 0.010, np.radians(0.004)])  # mm, mm, rad
@@ -186,10 +187,10 @@ def inverse_one(pose):
 
 
 def lsq(mechanism, tracker, cmd, measured, tolerance, steps=10, least_signal=0.05):
-    """The paper's 18 parameters by repeated linear least squares of least change: chains [3, 7], and the standard
-    uncertainties in tolerances."""
+    """The paper's 18 parameters by repeated linear least squares of least change: chains [3, 7], the changes in
+    tolerances, the singular values and directions at the start, the rank, and the whitened residuals [n, 3]."""
     chains, columns = mechanism.copy(), [7 * i + k for i in range(3) for k in range(6)]
-    previous = 0
+    previous, total = 0, np.zeros(18)
     directions = None  # that the readings tell at the start: later steps stay in them
     for _ in range(steps):
         X = forward(chains, cmd, measured)
@@ -200,14 +201,70 @@ def lsq(mechanism, tracker, cmd, measured, tolerance, steps=10, least_signal=0.0
             _, s, Vt = np.linalg.svd(A, full_matrices=False)
             rank = (s > least_signal).sum()
             directions = Vt[:rank].T
-            uncertainty = np.sqrt(((directions / s[:rank]) ** 2).sum(1))
-        z = directions @ np.linalg.lstsq(A @ directions, (b / tracker).ravel(), rcond=None)[0]
+        left = (b / tracker).ravel()
+        z = directions @ np.linalg.lstsq(A @ directions, left, rcond=None)[0]
+        total += z
         chains[:, :6] += (z * tolerance).reshape(3, 6)
         size = np.abs(z).max()
         if (size * min(1, size / previous) if previous else size) < 1e-6:  # the next step, as the last ones shrink
             break
         previous = size
-    return chains, uncertainty
+    return chains, total, s, Vt, rank, (left - A @ z).reshape(-1, 3)
+
+
+NAMES = [f"{name}_{i}" for i in (1, 2, 3) for name in ("alpha", "beta", "r", "S", "l", "R")]
+SHOWN = np.tile([180 / np.pi, 180 / np.pi, 1, 1, 1, 1], 3)  # deg and mm
+GIVEN_UP_FIRST = [6 * i + k for k in (5, 3, 2, 1, 0, 4) for i in range(3)]  # where a tie leaves the choice
+
+
+def ties(null):
+    """The directions that no reading feels [m, 18], each by the parameter that it gives up, and those parameters."""
+    rows, pivots = null.copy(), []
+    for column in GIVEN_UP_FIRST:
+        row = len(pivots)
+        if row == len(rows):
+            break
+        at = row + np.abs(rows[row:, column]).argmax()
+        if abs(rows[at, column]) < 0.05:
+            continue
+        rows[[row, at]] = rows[[at, row]]
+        rows[row] /= rows[row, column]
+        others = rows[:, column].copy()
+        others[row] = 0
+        rows -= others[:, None] * rows[row]
+        pivots.append(column)
+    return rows, pivots
+
+
+def known(total, s, Vt, rank, left, tolerance):
+    """What a job holds of an identification: each parameter and each combination that the readings tell, their
+    uncertainties and strong correlations, what no reading feels, observability, and whether noise explains the rest."""
+    n = left.size
+    squares = (left * left).sum(0)
+    chi2, dof = squares.sum(), n - rank
+    ratio, limit = np.sqrt(chi2 / dof), np.sqrt(chdtri(dof, 1e-3) / dof)
+    half = (Vt[:rank].T / s[:rank]) * (tolerance * max(1, ratio))[:, None]
+    covariance = half @ half.T
+    alone = np.sqrt((Vt[rank:] ** 2).sum(0)) < 0.05
+    null, pivots = ties(Vt[rank:])
+    combined = np.eye(18)
+    combined[:, pivots] -= (null * tolerance).T / tolerance[pivots]
+    free = np.setdiff1d(np.arange(18), pivots)
+    combined = combined[free]
+    values = total * tolerance
+    change, with_all = combined @ values, combined @ covariance @ combined.T
+    spread = np.sqrt(with_all.diagonal())
+    r = with_all / np.outer(spread, spread)
+    strong = [(NAMES[free[i]], NAMES[free[j]], r[i, j]) for i, j in zip(*np.nonzero(np.triu(np.abs(r) > 0.9, 1)))]
+    kept = s[:rank]
+    return {"parameters": [NAMES, alone.tolist(), (values * SHOWN).tolist(),
+                           (np.sqrt(covariance.diagonal()) * SHOWN).tolist()],
+            "identified": [[NAMES[k] for k in free], (change * SHOWN[free]).tolist(), (spread * SHOWN[free]).tolist()],
+            "not_identified": [[NAMES[k] for k in pivots], null.tolist()], "correlations": strong,
+            "observability": [np.exp(np.log(kept).mean()) / np.sqrt(n / 3), kept[-1] / kept[0], kept[-1],
+                              kept[-1] ** 2 / kept[0], 1 / (1 / kept).sum()],
+            "chi2": chi2, "ratio": ratio, "limit": limit, "explained": bool(ratio <= limit),
+            "rms": [np.sqrt((squares[0] + squares[1]) / (2 * n / 3)), np.sqrt(squares[2] / (n / 3))]}
 
 
 def rows_of(db, sql, *values):
@@ -226,12 +283,12 @@ def figures(error):
 
 
 def recalibrate(file, n_campaigns, whole=True):
-    """Loads, identifies and stores campaign by campaign; a commit every 64. `whole`: what a job of ours holds of
-    uncertainty, figures and interval too, and a key of what went in."""
+    """Loads, identifies and stores campaign by campaign; a commit every 64. `whole`: what a job of ours holds, but for
+    its sentences: what is known, figures, simulation, interval, a key of what went in and a seal of what came out."""
     db = sqlite3.connect(file, isolation_level=None)
     db.executescript("""PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;
         CREATE TABLE loop_job (campaign_id INTEGER PRIMARY KEY, chains TEXT, mean_before REAL, mean_after REAL,
-                               result TEXT, key TEXT);
+                               result TEXT, key TEXT, seal TEXT);
         CREATE TABLE loop_point (campaign_id INTEGER, seq INTEGER, bx REAL, by REAL, bphi REAL, ax REAL, ay REAL,
                                  aphi REAL, PRIMARY KEY (campaign_id, seq))""")
     tolerance = np.radians([0.05, 0.05, 0, 0, 0, 0]) + [0, 0, 0.1, 0.1, 0.1, 0.1]
@@ -247,18 +304,21 @@ def recalibrate(file, n_campaigns, whole=True):
                        "x_mm, y_mm, phi_rad FROM reading WHERE campaign_id = ? AND reading_set = 'identify' "
                        "ORDER BY seq", campaign)
         target, cmd, measured = data[:, 1:4], data[:, 4:7], data[:, 7:]
-        chains, uncertainty = lsq(mechanism, np.array([sigma_xy, sigma_xy, sigma_phi]), cmd, measured,
-                                  np.tile(tolerance, 3))
+        scale = np.tile(tolerance, 3)
+        chains, *found = lsq(mechanism, np.array([sigma_xy, sigma_xy, sigma_phi]), cmd, measured, scale)
         before, after = measured - target, measured - forward(chains, cmd, measured)
-        result = key = None
+        result = key = seal = None
         if whole:
             key = hashlib.sha256(mechanism.tobytes() + data.tobytes()).hexdigest()
             nominal = forward(mechanism, cmd, target)
-            result = json.dumps({"uncertainty": uncertainty.tolist(), "before": figures(before), "after": figures(after),
-                                 "simulated": length(measured - after - nominal).mean(),
+            shown, seen = measured - after - nominal, measured - nominal
+            result = json.dumps({"known": known(*found, scale), "before": figures(before), "after": figures(after),
+                                 "simulated": [length(e).mean() for e in (seen, shown, seen - shown)],
                                  "interval": interval(length(before), length(after), picks).tolist()})
-        db.execute("INSERT INTO loop_job VALUES (?, ?, ?, ?, ?, ?)",
-                   (campaign, json.dumps(chains.tolist()), length(before).mean(), length(after).mean(), result, key))
+            seal = hashlib.sha256(f"{campaign}{key}{result}".encode()).hexdigest()
+        db.execute("INSERT INTO loop_job VALUES (?, ?, ?, ?, ?, ?, ?)",
+                   (campaign, json.dumps(chains.tolist()), length(before).mean(), length(after).mean(), result, key,
+                    seal))
         points = np.hstack([data[:, :1], before, after]).tolist()
         db.executemany("INSERT INTO loop_point VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                        [(campaign, int(p[0]), *p[1:]) for p in points])

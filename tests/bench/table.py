@@ -154,7 +154,7 @@ def archive():
         return clock(work)
 
     sweep = lambda *more: lambda: trammel("job", "rerun", "--all", "--stage", "lsq", "--db", copy, *more)
-    looped = 100
+    looped = 400
     mine = loop = bare = one = two = np.inf
     for _ in range(ROUNDS):
         loop = min(loop, timed(lambda: peers.recalibrate(copy, looped)) / looped)

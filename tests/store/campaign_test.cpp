@@ -41,7 +41,7 @@ TEST_CASE("an imported campaign comes back bit for bit", "[store]") {
     CHECK(out.conditions.time_s == in.conditions.time_s);
     CHECK(out.conditions.temp_degc == in.conditions.temp_degc);
   }
-  CHECK(loaded.stored[2].data.extra_json == R"({"x_operator":"=1+1"})");
+  CHECK(readings(db, result.campaign_id)[2].data.extra_json == R"({"x_operator":"=1+1"})");
 }
 
 TEST_CASE("the same campaign again stores nothing twice, another of its name is refused",
@@ -108,9 +108,9 @@ TEST_CASE("the text a reading was made of is kept, and counts when it is brought
   const std::map<int, std::string> raw = {{2, "P1, 1.0, 2.0\nP2, 3.0, 4.0"}};
   const std::string settings = R"({"points":{"file":"a.txt"}})";
   const ImportResult first = import_campaign(db, small_campaign(), {}, settings, raw);
-  const auto loaded = load_campaign(db, first.campaign_id);
-  CHECK(loaded.stored[1].data.raw_reply == raw.at(2));
-  CHECK_FALSE(loaded.stored[0].data.raw_reply);
+  const auto stored = readings(db, first.campaign_id);
+  CHECK(stored[1].data.raw_reply == raw.at(2));
+  CHECK_FALSE(stored[0].data.raw_reply);
   CHECK(list_sessions(db, first.campaign_id).front().settings_json == settings);
   CHECK(import_campaign(db, small_campaign(), {}, settings, raw).already_stored);
   CHECK_THROWS_AS(import_campaign(db, small_campaign(), {}, settings, {{2, "another"}}),

@@ -105,6 +105,8 @@ TEST_CASE("only the readings of the sessions asked for are loaded", "[store]") {
   REQUIRE(loaded.campaign.readings.size() == 2);
   CHECK(loaded.campaign.readings[0].seq == 4);  // seq counts through the campaign
   CHECK(loaded.sessions == std::vector{two});
-  CHECK(loaded.stored[0].data.raw_reply == "AP 1 2 3");
-  CHECK(loaded.stored[0].data.encoder_mm->x() == 201);
+  const StoredReading stored = readings(db, campaign, {two}).front();
+  CHECK(stored.data.reading.seq == 4);
+  CHECK(stored.data.raw_reply == "AP 1 2 3");
+  CHECK(stored.data.encoder_mm->x() == 201);
 }

@@ -84,9 +84,9 @@ TEST_CASE("the store keeps each reading's lines, and what the import was made of
   REQUIRE(in(folder, import_of(kSaPoints, kSaLayout)).exit_code == 0);
   store::Connection db = store::open(folder.path() / "lab.db", store::Access::read_only);
   const auto campaign = store::require_campaign(db, "tracker-sa");
-  const auto loaded = store::load_campaign(db, campaign.id);
-  REQUIRE(loaded.stored.front().data.raw_reply);
-  CHECK_THAT(*loaded.stored.front().data.raw_reply, Contains("Pose01,  P1"));
+  const store::StoredReading first = store::readings(db, campaign.id).front();
+  REQUIRE(first.data.raw_reply);
+  CHECK_THAT(*first.data.raw_reply, Contains("Pose01,  P1"));
   const Parsed kept =
       Parsed::parse(store::list_sessions(db, campaign.id).front().settings_json)["points"];
   CHECK(kept["file"] == "spatialanalyzer.txt");
