@@ -119,7 +119,7 @@ void for_each_row(Connection& connection, const std::string& columns, Id campaig
 
 }  // namespace
 
-constexpr int kColumns = 27;
+constexpr int kChained = 26;  // all but the last, sha256
 const char* const kReadingColumns =
     "reading_id, campaign_id, seq, session_id, epoch, attempt_id, reading_set, target_x_mm, "
     "target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, "
@@ -247,7 +247,7 @@ Sha256 chain_head(Connection& connection, Id campaign_id) {
 Sha256 chained(const Sha256& head, const Statement& row) {
   Digest digest;
   digest << Bytes(head);
-  return digest.row(row, kColumns).finish();
+  return digest.row(row, kChained).finish();
 }
 
 Id exclude_reading(Connection& connection, Id campaign_id, int seq, std::string_view reason) {

@@ -125,6 +125,16 @@ std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id) {
   return all;
 }
 
+std::vector<SessionName> session_names(Connection& connection, Id campaign_id) {
+  std::vector<SessionName> all;
+  Statement rows(connection,
+                 "SELECT session_id, name, compensation_job_id FROM session WHERE campaign_id = ? "
+                 "ORDER BY session_id");
+  rows << campaign_id;
+  while (rows.step()) all.push_back({rows.integer(0), rows.text(1), !rows.is_null(2)});
+  return all;
+}
+
 std::optional<SessionRow> find_session(Connection& connection, Id campaign_id,
                                        std::string_view name) {
   Statement rows(connection, std::string(kSessionRows) + "WHERE campaign_id = ? AND name = ?");

@@ -55,6 +55,13 @@ struct SessionRow {
   std::string last_event;  // started, paused, resumed, stopped, faulted, done; "": none of them
 };
 std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id);
+/// The same without what has to be counted.
+struct SessionName {
+  Id id = 0;
+  std::string name;
+  bool compensated = false;
+};
+std::vector<SessionName> session_names(Connection& connection, Id campaign_id);
 std::optional<SessionRow> find_session(Connection& connection, Id campaign_id,
                                        std::string_view name);
 SessionRow get_session(Connection& connection, Id session_id);

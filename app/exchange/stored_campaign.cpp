@@ -22,7 +22,7 @@ CampaignFile stored_campaign(store::Connection& connection, const store::Campaig
   store::LoadedCampaign loaded =
       store::load_campaign(connection, campaign.id, {.sessions = {}, .with_excluded = true});
   std::map<store::Id, std::string> session_names;
-  for (const auto& session : store::list_sessions(connection, campaign.id)) {
+  for (const auto& session : store::session_names(connection, campaign.id)) {
     session_names[session.id] = session.name;
   }
   CampaignFile file;

@@ -6,6 +6,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "store/open.hpp"
 #include "store/query.hpp"
@@ -44,17 +45,12 @@ class Belt {
     --producers_;
     some_.notify_one();
   }
-  /// A batch, or what is left at the end; empty: there is no more.
+  /// All that waits, a batch of them or what is left at the end; empty: there is no more.
   std::deque<Found> take() {
     std::unique_lock lock(mutex_);
     some_.wait(lock, [this] { return waiting_.size() >= kBatch || producers_ == 0; });
-    std::deque<Found> batch;
-    while (!waiting_.empty() && batch.size() < kBatch) {
-      batch.push_back(std::move(waiting_.front()));
-      waiting_.pop_front();
-    }
     room_.notify_all();
-    return batch;
+    return std::exchange(waiting_, {});
   }
   void close() {
     const std::scoped_lock lock(mutex_);

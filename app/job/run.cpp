@@ -33,14 +33,13 @@ std::vector<store::Id> chosen_sessions(store::Connection& connection, store::Id 
                                        const std::vector<std::string>& names) {
   std::vector<store::Id> ids;
   std::string known;
-  const auto sessions = store::list_sessions(connection, campaign_id);
-  for (const store::SessionRow& s : sessions) {
+  const auto sessions = store::session_names(connection, campaign_id);
+  for (const store::SessionName& s : sessions) {
     known += (known.empty() ? "" : ", ") + s.name;
-    if (names.empty() && !s.compensation_job) ids.push_back(s.id);
+    if (names.empty() && !s.compensated) ids.push_back(s.id);
   }
   for (const std::string& name : names) {
-    const auto at = std::find_if(sessions.begin(), sessions.end(),
-                                 [&](const store::SessionRow& s) { return s.name == name; });
+    const auto at = std::ranges::find(sessions, name, &store::SessionName::name);
     if (at == sessions.end()) {
       throw NotFoundError({.what = "the campaign has no such session",
                            .got = name,

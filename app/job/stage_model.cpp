@@ -333,7 +333,7 @@ StageResult run_gp(const Campaign& campaign, const Json&) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 6,
+          .algorithm_version = 7,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete_model,
           .run = run_geometry};
@@ -341,7 +341,7 @@ Stage geometry_stage() {
 
 Stage gp_stage() {
   return {.name = "gp",
-          .algorithm_version = 3,
+          .algorithm_version = 4,
           .what = "Gaussian-process regression of joint errors",
           .complete = complete_gp,
           .run = run_gp};
@@ -350,7 +350,7 @@ Stage gp_stage() {
 Stage hybrid_stage() {
   return {
       .name = "hybrid",
-      .algorithm_version = 6,
+      .algorithm_version = 7,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
       .run = run_hybrid};
