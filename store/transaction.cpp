@@ -8,7 +8,7 @@ namespace trammel::store {
 
 Transaction::Transaction(Connection& connection)
     : connection_(connection), outermost_(sqlite3_get_autocommit(connection.handle()) != 0) {
-  connection_.execute(outermost_ ? "BEGIN IMMEDIATE" : "SAVEPOINT part");
+  Statement(connection_, outermost_ ? "BEGIN IMMEDIATE" : "SAVEPOINT part").run();
 }
 
 Transaction::~Transaction() {
@@ -20,7 +20,7 @@ Transaction::~Transaction() {
 }
 
 void Transaction::commit() {
-  connection_.execute(outermost_ ? "COMMIT" : "RELEASE part");
+  Statement(connection_, outermost_ ? "COMMIT" : "RELEASE part").run();
   done_ = true;
 }
 
@@ -31,7 +31,10 @@ Snapshot::Snapshot(Connection& connection)
 
 Snapshot::~Snapshot() {
   if (!outermost_ || sqlite3_get_autocommit(connection_.handle()) != 0) return;
-  sqlite3_exec(connection_.handle(), "COMMIT", nullptr, nullptr, nullptr);
+  try {
+    Statement(connection_, "COMMIT").run();
+  } catch (const StoreError&) {  // nothing was written
+  }
 }
 
 std::int64_t data_version(Connection& connection) {
