@@ -1,12 +1,12 @@
 #include "core/calibrate/identifiability.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "core/calibrate/least_squares.hpp"
+#include "core/calibrate/singular_values.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -168,21 +168,21 @@ Identifiability identifiability(const Eigen::MatrixXd& A,
                                 const std::vector<ScaledParameter>& parameters, int n_poses) {
   const Eigen::Index n = A.cols();
   TRAMMEL_ASSERT(static_cast<std::size_t>(n) == parameters.size() && n > 0);
-  // A = Q R P': R, whose rows fall in length, takes Jacobi half the sweeps and has the same V' P
+  // A = Q R P': the singular values of A are those of R, and V of A is P V of R
   const PivotedQr qr =
       pivoted_qr(A, Eigen::VectorXd::Zero(A.rows()), static_cast<int>(std::min(A.rows(), n)));
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(n, n);
   R.topRows(qr.R.rows()) = qr.R;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
+  const SingularValues svd = singular_values(R);
   Identifiability result;
   result.n_poses = n_poses;
-  result.singular = svd.singularValues();
+  result.singular = svd.singular;
   const double rounding = static_cast<double>(std::max<Eigen::Index>(3 * n_poses, n)) *
                           std::numeric_limits<double>::epsilon() * result.singular[0];
   result.rank_machine = count_above(result.singular, rounding);
   result.rank = std::min(count_above(result.singular, kLeastSignal), result.rank_machine);
   result.directions.resize(n, n);
-  result.directions(qr.columns, Eigen::all) = svd.matrixV();
+  result.directions(qr.columns, Eigen::all) = svd.V;
   result.observability = observability_of(result.singular, result.rank, result.n_poses);
 
   const Eigen::MatrixXd null = result.directions.rightCols(n - result.rank);
