@@ -21,7 +21,7 @@ class CanonicalWriter {
 
   void write(const Json& json) {
     if (json.is_object()) return write_object(json.get_ref<const Json::object_t&>());
-    if (json.is_number_float()) return write_number(json.get<double>());
+    if (json.is_number_float()) return write(json.get<double>());
     if (json.is_string()) return write_text(json.get_ref<const std::string&>());
     if (!json.is_array()) return serializer_.dump(json, false, false, 0);
     text_ += '[';
@@ -32,14 +32,15 @@ class CanonicalWriter {
     text_ += ']';
   }
 
- private:
-  void write_number(double value) {
+  void write(double value) {
     TRAMMEL_ASSERT(std::isfinite(value));
     std::array<char, 64> digits{};
     char* const begin = digits.data();
     text_.append(begin, nlohmann::detail::to_chars(begin, begin + digits.size(), value));
   }
+  void write(int value) { text_ += std::to_string(value); }
 
+ private:
   void write_text(const std::string& text) {
     const auto plain = [](char c) { return c >= ' ' && c != '"' && c != '\\'; };  // and ASCII
     if (!std::ranges::all_of(text, plain)) return serializer_.dump(text, false, false, 0);
@@ -66,13 +67,36 @@ class CanonicalWriter {
   nlohmann::detail::serializer<Json> serializer_;
 };
 
+template <class Number>
+std::string list_text(std::span<const Number> numbers) {
+  std::string text = "[";
+  CanonicalWriter writer(text);
+  for (const Number number : numbers) {
+    if (text.back() != '[') text += ',';
+    writer.write(number);
+  }
+  return text + ']';
+}
+
 }  // namespace
 
 std::string canonical_text(const Json& json) {
   std::string text;
-  text.reserve(1U << 14U);  // the result of a campaign of 80 points
   CanonicalWriter(text).write(json);
   return text;
+}
+
+std::string canonical_list(std::span<const double> numbers) { return list_text(numbers); }
+std::string canonical_list(std::span<const int> numbers) { return list_text(numbers); }
+
+std::string canonical_object(std::vector<std::pair<std::string_view, std::string>> members) {
+  std::ranges::sort(members);
+  std::string text = "{";
+  for (const auto& [name, value] : members) {
+    if (text.back() != '{') text += ',';
+    text.append(1, '"').append(name).append("\":").append(value);
+  }
+  return text + '}';
 }
 
 }  // namespace trammel::job

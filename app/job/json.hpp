@@ -3,7 +3,11 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace trammel::job {
 
@@ -34,6 +38,11 @@ Json object_with(NamesAndValues&&... names_and_values) {
 /// The canonical text (store/job_key.hpp) of a document: keys sorted, no spaces. Every number is
 /// finite.
 std::string canonical_text(const Json& json);
+/// That of a list of numbers, without making a document of it.
+std::string canonical_list(std::span<const double> numbers);
+std::string canonical_list(std::span<const int> numbers);
+/// That of an object, of the canonical texts of its members.
+std::string canonical_object(std::vector<std::pair<std::string_view, std::string>> members);
 
 /// The number named `name`; none when it is missing or null.
 inline std::optional<double> optional_number(const Json& json, const char* name) {

@@ -2,20 +2,20 @@
 
 namespace trammel::job {
 
-Json points_json(const std::vector<store::JobPoint>& points) {
-  Json::array_t seq, in_sample, x_mm, y_mm, phi_rad;
-  for (Json::array_t* column : {&seq, &in_sample, &x_mm, &y_mm, &phi_rad}) {
-    column->reserve(points.size());
-  }
-  for (const store::JobPoint& p : points) {
-    seq.emplace_back(p.seq);
-    in_sample.emplace_back(p.in_sample ? 1 : 0);  // as the views have it
-    x_mm.emplace_back(p.after.x_mm);
-    y_mm.emplace_back(p.after.y_mm);
-    phi_rad.emplace_back(p.after.phi_rad);
-  }
-  return object_with("seq", std::move(seq), "in_sample", std::move(in_sample), "x_mm",
-                     std::move(x_mm), "y_mm", std::move(y_mm), "phi_rad", std::move(phi_rad));
+std::string points_text(const std::vector<store::JobPoint>& points) {
+  const auto column = [&points](const auto& of) {
+    std::vector<decltype(of(points.front()))> values;
+    values.reserve(points.size());
+    for (const store::JobPoint& p : points) values.push_back(of(p));
+    return canonical_list(values);
+  };
+  return canonical_object(
+      {{"seq", column([](const store::JobPoint& p) { return p.seq; })},
+       // a number, as the views have it
+       {"in_sample", column([](const store::JobPoint& p) { return p.in_sample ? 1 : 0; })},
+       {"x_mm", column([](const store::JobPoint& p) { return p.after.x_mm; })},
+       {"y_mm", column([](const store::JobPoint& p) { return p.after.y_mm; })},
+       {"phi_rad", column([](const store::JobPoint& p) { return p.after.phi_rad; })}});
 }
 
 std::vector<store::JobPoint> points_of(store::Connection& connection, const store::Job& job) {

@@ -6,7 +6,8 @@
 
 namespace trammel::job {
 
-Json points_json(const std::vector<store::JobPoint>& points);
+/// Its canonical text.
+std::string points_text(const std::vector<store::JobPoint>& points);
 
 /// Of a stored job, in the order of seq, whichever version of the schema it was stored under.
 std::vector<store::JobPoint> points_of(store::Connection& connection, const store::Job& job);

@@ -1,5 +1,8 @@
 #include "app/job/rerun_all.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <deque>
@@ -16,8 +19,8 @@ namespace trammel::job {
 
 namespace {
 
-constexpr std::size_t kBatch = 64;    // jobs a commit
-constexpr std::size_t kWaiting = 128;  // found and not yet stored: threads wait beyond
+constexpr std::size_t kBatch = 32;     // jobs a commit at least: more where commits are slow
+constexpr std::size_t kWaiting = 512;  // found and not yet stored: threads wait beyond
 
 /// What a thread has found about a campaign: a job, or that one is known, or why there is none.
 struct Found {
@@ -65,6 +68,16 @@ class Belt {
   unsigned producers_;
   bool closed_ = false;
 };
+
+/// Threads that compute give way to the one that writes (Linux gives each a priority of its own):
+/// what they find is stored as they go, not when they are done.
+void give_way() {
+#ifdef __linux__
+  constexpr int kNicer = 10;
+  const auto thread = static_cast<id_t>(gettid());
+  setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + kNicer);
+#endif
+}
 
 struct Chosen {
   store::Id id = 0;
@@ -150,6 +163,7 @@ SweepResult rerun_all(store::Connection& connection, const Sweep& sweep) {
   std::exception_ptr broken;
   std::mutex broken_mutex;
   const auto produce = [&] {
+    give_way();
     try {
       store::Connection reader = store::open(connection.file(), store::Access::read_only);
       for (std::size_t k = next++; k < campaigns.size() && !stop; k = next++) {

@@ -95,10 +95,11 @@ Inputs load(store::Connection& connection, const Request& request,
 
 Pose difference(const Pose& a, const Pose& b) { return Pose::from(pose_difference(a, b)); }
 
-/// Targets of the fitted readings, to 1e-6 mm and rad.
+/// Targets of the fitted readings, to 1e-6 mm and rad, to be asked about validation readings.
 class FittedTargets {
  public:
   explicit FittedTargets(const Campaign& campaign) {
+    if (std::ranges::count(campaign.readings, ReadingSet::validate, &Reading::set) == 0) return;
     cells_.reserve(campaign.readings.size());
     for (const Reading& r : campaign.readings) {
       if (r.set == ReadingSet::identify && r.measured) cells_.push_back(cell(r.target));
@@ -282,7 +283,7 @@ store::NewJob computed(const Inputs& in) {
   store::NewJob job = begun(in);
   const std::vector<Judged> judged = judge(in.loaded.campaign, result.correction);
   job.statistics = statistics(judged);
-  Json gains = improvements(judged);
+  const Json gains = improvements(judged);
   std::vector<store::JobPoint> points;
   points.reserve(judged.size());
   for (const Judged& j : judged) points.push_back(j.point);
@@ -290,11 +291,14 @@ store::NewJob computed(const Inputs& in) {
                            held_out_words(in.loaded.campaign)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
-  const Json stored_result = object_with(
-      "correction", correction_json(result.correction), "details", std::move(result.details),
-      "words", std::move(result.words), "improvements", std::move(gains), "after", "predicted",
-      "points", points_json(points), "timing", std::move(result.timing));
-  job.result_json = canonical_text(stored_result);
+  job.result_json =
+      canonical_object({{"correction", canonical_text(correction_json(result.correction))},
+                        {"details", canonical_text(result.details)},
+                        {"words", canonical_text(result.words)},
+                        {"improvements", canonical_text(gains)},
+                        {"after", canonical_text("predicted")},
+                        {"points", points_text(points)},
+                        {"timing", canonical_text(result.timing)}});
   job.duration_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return job;
 }
