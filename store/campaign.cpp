@@ -218,6 +218,12 @@ CampaignRow require_campaign(Connection& connection, std::string_view name) {
                        .expected = names.empty() ? "a campaign: there is none yet" : names});
 }
 
+Id require_campaign_id(Connection& connection, std::string_view name) {
+  Statement row(connection, "SELECT campaign_id FROM campaign WHERE name = ?1 OR uuid = ?1");
+  row << name;
+  return row.step() ? row.integer(0) : require_campaign(connection, name).id;
+}
+
 double campaign_age_s(Connection& connection, Id campaign_id) {
   Statement age(connection,
                 "SELECT max(0.0, (julianday('now') - julianday(created_utc)) * 86400.0) "

@@ -31,6 +31,8 @@ std::optional<CampaignRow> find_campaign(Connection& connection, std::string_vie
 std::optional<CampaignRow> find_campaign(Connection& connection, Id campaign_id);
 /// @throws NotFoundError naming the campaigns there are
 CampaignRow require_campaign(Connection& connection, std::string_view name);
+/// Its id, without what a row has to count.
+Id require_campaign_id(Connection& connection, std::string_view name);
 
 /// Seconds since the campaign was made, by the computer's date; not below 0.
 double campaign_age_s(Connection& connection, Id campaign_id);

@@ -1,5 +1,7 @@
 #include "store/session.hpp"
 
+#include <algorithm>
+
 #include "store/clock.hpp"
 #include "store/job_key.hpp"
 #include "store/provenance.hpp"
@@ -128,10 +130,10 @@ std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id) {
 std::vector<SessionName> session_names(Connection& connection, Id campaign_id) {
   std::vector<SessionName> all;
   Statement rows(connection,
-                 "SELECT session_id, name, compensation_job_id FROM session WHERE campaign_id = ? "
-                 "ORDER BY session_id");
+                 "SELECT session_id, name, compensation_job_id FROM session WHERE campaign_id = ?");
   rows << campaign_id;
   while (rows.step()) all.push_back({rows.integer(0), rows.text(1), !rows.is_null(2)});
+  std::ranges::sort(all, {}, &SessionName::id);  // SQLite would make a sorter of its own
   return all;
 }
 

@@ -24,7 +24,7 @@ namespace {
 struct Inputs {
   const Stage* stage = nullptr;
   Json parameters;
-  store::CampaignRow row;
+  store::Id campaign = 0;
   store::LoadedCampaign loaded;
   store::JobKey key;
 };
@@ -77,10 +77,10 @@ Inputs load(store::Connection& connection, const Request& request,
   Inputs in;
   in.stage = &find_stage(request.stage);
   in.parameters = in.stage->complete(request.parameters);
-  in.row = store::require_campaign(connection, request.campaign);
+  in.campaign = store::require_campaign_id(connection, request.campaign);
   in.loaded =
-      store::load_campaign(connection, in.row.id,
-                           {.sessions = chosen_sessions(connection, in.row.id, request.sessions),
+      store::load_campaign(connection, in.campaign,
+                           {.sessions = chosen_sessions(connection, in.campaign, request.sessions),
                             .with_excluded = then != nullptr});
   if (then != nullptr) go_back_to(in.loaded, *then);
   std::vector<int> excluded;
@@ -266,7 +266,7 @@ std::vector<std::string> held_out_words(const Campaign& campaign) {
 
 store::NewJob begun(const Inputs& in) {
   store::NewJob job;
-  job.campaign_id = in.row.id;
+  job.campaign_id = in.campaign;
   job.key = in.key;
   job.stage = in.stage->name;
   job.algorithm_version = in.stage->algorithm_version;
@@ -317,9 +317,9 @@ std::optional<Computation> compute_new(store::Connection& connection, const Requ
   Computation computation;
   std::optional<store::Snapshot> snapshot(connection);
   const Inputs in = load(connection, request);
-  computation.readings_head = store::chain_head(connection, in.row.id);
-  computation.n_exclusions = static_cast<std::size_t>(in.row.n_exclusions);
-  if (!request.force && store::has_job(connection, in.row.id, in.key.key)) return std::nullopt;
+  computation.readings_head = store::chain_head(connection, in.campaign);
+  computation.n_exclusions = store::exclusions(connection, in.campaign).size();
+  if (!request.force && store::has_job(connection, in.campaign, in.key.key)) return std::nullopt;
   snapshot.reset();
   computation.job = computed(in);
   return computation;
@@ -345,7 +345,7 @@ store::CampaignRow campaign_of(store::Connection& connection, const store::NewJo
 Outcome run(store::Connection& connection, const Request& request) {
   const Inputs in = load(connection, request);
   if (!request.force) {
-    if (auto known = store::find_job(connection, in.row.id, in.key.key))
+    if (auto known = store::find_job(connection, in.campaign, in.key.key))
       return {*std::move(known), true};
   }
   const store::NewJob job = computed(in);
@@ -356,11 +356,11 @@ Outcome run(store::Connection& connection, const Request& request) {
   store::Transaction transaction(connection);
   if (load(connection, request).key.key != in.key.key) {
     throw StoreError({.what = "the readings changed while they were calibrated",
-                      .where = {.field = in.row.name},
+                      .where = {.field = in.loaded.campaign.name},
                       .hint = "run the calibration again when nothing writes to the campaign"});
   }
   if (!request.force) {
-    if (auto known = store::find_job(connection, in.row.id, in.key.key))
+    if (auto known = store::find_job(connection, in.campaign, in.key.key))
       return {*std::move(known), true};
   }
   const store::Id id = store::add_job(connection, job);
