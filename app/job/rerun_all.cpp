@@ -48,7 +48,7 @@ class Belt {
     --producers_;
     some_.notify_one();
   }
-  /// All that waits, a batch of them or what is left at the end; empty: there is no more.
+  /// All that waits, once it is a batch or nobody adds to it; empty: there is no more.
   std::deque<Found> take() {
     std::unique_lock lock(mutex_);
     some_.wait(lock, [this] { return waiting_.size() >= kBatch || producers_ == 0; });

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -30,20 +29,18 @@ void require_pairs(std::span<const double> a, std::span<const double> b) {
 constexpr std::size_t kKeptBytes = 4U << 20;
 constexpr std::size_t kLanes = 16;  // resamples side by side
 
-/// How often each of n points is taken by kLanes resamples: as many counts as go into a word, then
-/// those of the next resample.
-template <class Count>
+/// How often each of n points is taken by kLanes resamples: a word of `bits` a count for each of
+/// them, then the words of the next points.
+template <unsigned bits>
 struct Counts {
-  static constexpr std::size_t kPerWord = sizeof(std::uint64_t) / sizeof(Count);
-  static std::size_t size(std::size_t n) {
-    return (n + kPerWord - 1) / kPerWord * kPerWord * kLanes;
-  }
-  static void draw(Random& random, std::size_t n, std::span<Count> counts) {
-    std::ranges::fill(counts, Count{0});
+  static constexpr std::size_t kPerWord = 64 / bits;
+  static std::size_t words(std::size_t n) { return (n + kPerWord - 1) / kPerWord * kLanes; }
+  static void draw(Random& random, std::size_t n, std::span<std::uint64_t> counts) {
+    std::ranges::fill(counts, 0U);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       for (std::size_t k = 0; k < n; ++k) {
         const std::size_t point = random.below(n);
-        ++counts[(point / kPerWord * kLanes + lane) * kPerWord + point % kPerWord];
+        counts[point / kPerWord * kLanes + lane] += std::uint64_t{1} << point % kPerWord * bits;
       }
     }
   }
@@ -51,20 +48,21 @@ struct Counts {
 
 /// The counts of all resamples. They depend on the seed and the number of points alone: campaigns
 /// of an archive share them, and drawing is most of the work.
-template <class Count>
-const std::vector<Count>& kept_counts(std::uint64_t seed, std::size_t n, std::size_t blocks) {
+template <unsigned bits>
+const std::vector<std::uint64_t>& kept_counts(std::uint64_t seed, std::size_t n,
+                                              std::size_t blocks) {
   struct Kept {
     std::uint64_t seed = 0;
     std::size_t n = 0;
-    std::vector<Count> counts = {};
+    std::vector<std::uint64_t> counts = {};
   };
   thread_local Kept last;
-  const std::size_t size = Counts<Count>::size(n);
-  if (last.seed != seed || last.n != n || last.counts.size() != size * blocks) {
+  const std::size_t words = Counts<bits>::words(n);
+  if (last.seed != seed || last.n != n || last.counts.size() != words * blocks) {
     Random random = Random::stream(seed, "bootstrap");
-    last = {seed, n, std::vector<Count>(size * blocks)};
+    last = {seed, n, std::vector<std::uint64_t>(words * blocks)};
     for (std::size_t k = 0; k < blocks; ++k) {
-      Counts<Count>::draw(random, n, std::span(last.counts).subspan(k * size, size));
+      Counts<bits>::draw(random, n, std::span(last.counts).subspan(k * words, words));
     }
   }
   return last.counts;
@@ -78,28 +76,27 @@ struct Sums {
 
 /// Sums of the points, each as often as it is taken, of some blocks of resamples.
 ///   count = (2^52 | count) - 2^52, whose lowest bits are the count
-template <class Count>
-void add_up(std::span<const double> a, std::span<const double> b, const Count* counts,
+template <unsigned bits>
+void add_up(std::span<const double> a, std::span<const double> b, const std::uint64_t* counts,
             std::span<Sums> sums) {
-  constexpr std::size_t kPerWord = Counts<Count>::kPerWord;
-  constexpr int kBits = 8 * sizeof(Count);
-  constexpr std::uint64_t kMask = std::numeric_limits<Count>::max();
+  constexpr std::size_t kPerWord = Counts<bits>::kPerWord;
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << bits) - 1;
   constexpr double k2To52 = 4503599627370496.0;
   at_level(cpu_level(), [&]<int n>() {
     typedef std::uint64_t Words __attribute__((vector_size(8 * n)));
     constexpr std::size_t kPairs = 2;  // of lanes: one alone would wait for each of its sums
-    const auto add_some = [&](const Count* words, double* to_a, double* to_b) {
+    const auto add_some = [&](const std::uint64_t* from, double* to_a, double* to_b) {
       Real<n> sum_a[kPairs] = {}, sum_b[kPairs] = {};
-      for (std::size_t k = 0; k < a.size(); words += kLanes * kPerWord) {
-        Words word[kPairs];
-        std::memcpy(word, words, sizeof word);
+      for (std::size_t k = 0; k < a.size(); from += kLanes) {
+        Words words[kPairs];
+        std::memcpy(words, from, sizeof words);
         for (const std::size_t end = std::min(k + kPerWord, a.size()); k < end; ++k) {
           for (std::size_t p = 0; p < kPairs; ++p) {
-            const Words low = (word[p] & kMask) | std::bit_cast<std::uint64_t>(k2To52);
+            const Words low = (words[p] & kMask) | std::bit_cast<std::uint64_t>(k2To52);
             const Real<n> times = reinterpret_cast<Real<n>>(low) - k2To52;
             sum_a[p] += times * a[k];
             sum_b[p] += times * b[k];
-            word[p] >>= kBits;
+            words[p] >>= bits;
           }
         }
       }
@@ -108,27 +105,27 @@ void add_up(std::span<const double> a, std::span<const double> b, const Count* c
     };
     for (Sums& sum : sums) {
       for (std::size_t lane = 0; lane < kLanes; lane += kPairs * n) {
-        add_some(counts + lane * kPerWord, &sum.a[lane], &sum.b[lane]);
+        add_some(counts + lane, &sum.a[lane], &sum.b[lane]);
       }
-      counts += Counts<Count>::size(a.size());
+      counts += Counts<bits>::words(a.size());
     }
   });
 }
 
-template <class Count>
+template <unsigned bits>
 std::vector<Sums> resampled_sums(std::span<const double> a, std::span<const double> b,
                                  std::uint64_t seed, std::size_t blocks) {
-  const std::size_t size = Counts<Count>::size(a.size());
+  const std::size_t words = Counts<bits>::words(a.size());
   std::vector<Sums> sums(blocks);
-  if (size * blocks * sizeof(Count) <= kKeptBytes) {
-    add_up(a, b, kept_counts<Count>(seed, a.size(), blocks).data(), std::span(sums));
+  if (words * blocks * sizeof(std::uint64_t) <= kKeptBytes) {
+    add_up<bits>(a, b, kept_counts<bits>(seed, a.size(), blocks).data(), std::span(sums));
     return sums;
   }
   Random random = Random::stream(seed, "bootstrap");
-  std::vector<Count> counts(size);
+  std::vector<std::uint64_t> counts(words);
   for (Sums& sum : sums) {
-    Counts<Count>::draw(random, a.size(), std::span(counts));
-    add_up(a, b, counts.data(), std::span(&sum, 1));
+    Counts<bits>::draw(random, a.size(), std::span(counts));
+    add_up<bits>(a, b, counts.data(), std::span(&sum, 1));
   }
   return sums;
 }
@@ -139,11 +136,11 @@ Interval resampled(std::span<const double> a, std::span<const double> b, std::ui
                    int replicates, const Figure& figure) {
   const auto all = static_cast<std::size_t>(replicates);
   const std::size_t blocks = (all + kLanes - 1) / kLanes;
-  const bool few = a.size() <= std::numeric_limits<std::uint8_t>::max();
+  const bool few = a.size() < 256;  // a point can be taken each time
   std::vector<double> figures;
   figures.reserve(blocks * kLanes);
-  for (const Sums& sum : few ? resampled_sums<std::uint8_t>(a, b, seed, blocks)
-                             : resampled_sums<std::uint32_t>(a, b, seed, blocks)) {
+  for (const Sums& sum :
+       few ? resampled_sums<8>(a, b, seed, blocks) : resampled_sums<32>(a, b, seed, blocks)) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       figures.push_back(figure(sum.a[lane], sum.b[lane]));
     }

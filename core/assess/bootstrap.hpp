@@ -15,7 +15,8 @@ struct Interval {
 /// Interval of the improvement 100 (1 - mean after / mean before), %, by resampling the points in
 /// pairs (percentile method, `replicates` draws from `seed`): a point that was bad before stays
 /// with what it became. Nothing for fewer than five points or a mean before of zero. Throws
-/// InputError when the lengths differ. Proof: coverage on drawn data (bootstrap_test.cpp).
+/// InputError when the lengths differ. Proof: coverage on drawn data, and
+/// resamples one by one (bootstrap_test.cpp).
 std::optional<Interval> improvement_interval_pct(std::span<const double> before,
                                                  std::span<const double> after,
                                                  std::uint64_t seed = 1, int replicates = 2000);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/assess/summary.hpp"
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "tests/support/catch.hpp"
@@ -28,6 +29,35 @@ TEST_CASE("the 95 % interval of the improvement covers the truth in about 95 of 
   // 0.95 * 300 = 285, binomial sd 3.8; the percentile method is a little short: 4 sd and 1 %
   CHECK(covered > 266);
   CHECK(covered < 300);
+}
+
+TEST_CASE("the interval is that of resamples drawn and summed one by one, of few points and many",
+          "[assess]") {
+  Random random(83);
+  for (const std::size_t n : {5U, 7U, 8U, 80U, 255U, 256U, 300U}) {
+    for (const int replicates : {1, 33, 2000}) {
+      std::vector<double> a, b;
+      for (std::size_t k = 0; k < n; ++k) {
+        a.push_back(random.uniform(-1, 1));
+        b.push_back(random.uniform(-1, 1));
+      }
+      Random draws = Random::stream(9, "bootstrap");
+      std::vector<double> figures;
+      for (int r = 0; r < replicates; ++r) {
+        double sum = 0;
+        for (std::size_t k = 0; k < n; ++k) {
+          const std::size_t point = draws.below(n);
+          sum += a[point] - b[point];
+        }
+        figures.push_back(sum / static_cast<double>(n));
+      }
+      CAPTURE(n, replicates);
+      const auto interval = paired_difference(a, b, 9, replicates);
+      REQUIRE(interval);
+      CHECK_THAT(interval->low, WithinAbs(quantile(figures, 0.025), 1e-13));
+      CHECK_THAT(interval->high, WithinAbs(quantile(figures, 0.975), 1e-13));
+    }
+  }
 }
 
 TEST_CASE("a method against itself differs by nothing, against a worse one by less than nothing",
