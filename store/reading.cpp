@@ -229,6 +229,7 @@ std::vector<StoredReading> readings(Connection& connection, Id campaign_id,
 std::vector<SessionReading> session_readings(Connection& connection, Id campaign_id,
                                              const std::vector<Id>& sessions) {
   std::vector<SessionReading> all;
+  all.reserve(128);  // as most campaigns have
   for_each_row(connection, kNumbers, campaign_id, sessions, [&](const Statement& row) {
     all.push_back({row.integer(kSessionId), reading_at(row)});
   });

@@ -69,7 +69,9 @@ class CanonicalWriter {
 
 template <class Number>
 std::string list_text(std::span<const Number> numbers) {
+  constexpr std::size_t kLongest = 25;  // -2.2250738585072014e-308,
   std::string text = "[";
+  text.reserve(kLongest * numbers.size() + 2);
   CanonicalWriter writer(text);
   for (const Number number : numbers) {
     if (text.back() != '[') text += ',';
@@ -82,6 +84,7 @@ std::string list_text(std::span<const Number> numbers) {
 
 std::string canonical_text(const Json& json) {
   std::string text;
+  text.reserve(1U << 12U);
   CanonicalWriter(text).write(json);
   return text;
 }
@@ -92,6 +95,9 @@ std::string canonical_list(std::span<const int> numbers) { return list_text(numb
 std::string canonical_object(std::vector<std::pair<std::string_view, std::string>> members) {
   std::ranges::sort(members);
   std::string text = "{";
+  std::size_t size = 2;
+  for (const auto& [name, value] : members) size += name.size() + value.size() + 4;
+  text.reserve(size);
   for (const auto& [name, value] : members) {
     if (text.back() != '{') text += ',';
     text.append(1, '"').append(name).append("\":").append(value);

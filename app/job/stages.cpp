@@ -22,6 +22,7 @@ const Stage& find_stage(const std::string& name) {
 
 std::vector<Reading> identify_rows(const Campaign& campaign) {
   std::vector<Reading> rows;
+  rows.reserve(campaign.readings.size());
   for (const Reading& r : campaign.readings) {
     if (r.set == ReadingSet::identify && r.measured) rows.push_back(r);
   }

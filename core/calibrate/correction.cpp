@@ -200,6 +200,9 @@ std::vector<std::optional<Pose>> predicted_after(const Correction& correction,
   std::vector<std::size_t> reached;  // targets of these readings
   std::vector<Displacements> l_mm;
   std::vector<Pose> poses;
+  reached.reserve(readings.size());
+  l_mm.reserve(readings.size());
+  poses.reserve(readings.size());
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const Reading& r = readings[k];
     const Eigen::Vector3d error_mm = joint_error_mm(nominal, r);

@@ -120,6 +120,7 @@ void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Re
                                options.attitude_weight / sigma.phi_rad);
   const RailFrames rails = rail_frames(mechanism.geometry);
   std::vector<Displacements> l_mm;
+  l_mm.reserve(readings.size());
   for (const Reading& r : readings) {
     if (!r.measured) {
       throw InputError({.what = "this reading has no measured pose",

@@ -14,6 +14,9 @@ std::vector<SimulatedError> simulated_errors(const Correction& correction,
   std::vector<const Reading*> rows;
   std::vector<Displacements> cmd_mm;
   std::vector<Pose> targets;  // near which every pose is
+  rows.reserve(readings.size());
+  cmd_mm.reserve(readings.size());
+  targets.reserve(readings.size());
   for (const Reading& r : readings) {
     if (!r.measured) continue;
     rows.push_back(&r);
