@@ -13,11 +13,11 @@ template <class Tail>
 double where_tail_is(double p, double high, const Tail& tail) {
   TRAMMEL_ASSERT(p > 0 && p < 1);
   double low = 0;
-  for (int k = 0; k < 200; ++k) {
+  for (;;) {
     const double middle = (low + high) / 2;
+    if (middle == low || middle == high) return high;  // no number is between them
     (tail(middle) > p ? low : high) = middle;
   }
-  return high;
 }
 
 }  // namespace
