@@ -24,6 +24,18 @@ using Real = typename LaneTypes<n>::Real;
 template <int n>
 using Whole = typename LaneTypes<n>::Whole;
 
+/// From n numbers that stand anywhere, and back.
+template <int n>
+Real<n> load_lanes(const double* from) {
+  Real<n> v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+template <int n>
+void store_lanes(const Real<n>& v, double* to) {
+  std::memcpy(to, &v, sizeof v);
+}
+
 /// `f` of every lane, and of one number.
 template <class F>
 double each(double x, const F& f) {

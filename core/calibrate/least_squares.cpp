@@ -1,6 +1,7 @@
 #include "core/calibrate/least_squares.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -13,12 +14,13 @@ namespace trammel {
 namespace {
 
 constexpr std::size_t kLanes = kPartialSums;
-using Lanes = PartialSums;
 
-Lanes load(const double* from) {
-  Lanes v;
-  __builtin_memcpy(&v, from, sizeof v);
-  return v;
+/// Of kLanes partial sums, in vectors of n: wider ones than the CPU has go through memory.
+template <int n>
+double total_of(const std::array<Real<n>, kLanes / n>& parts) {
+  PartialSums all;
+  __builtin_memcpy(&all, parts.data(), sizeof all);
+  return total(all);
 }
 
 /// [A | b] with rows of zeros up to whole lanes.
@@ -38,28 +40,35 @@ struct Column {
   int of;        // its place in A
 };
 
+template <int n>
 double dot(const double* a, const double* b, std::size_t first, std::size_t last) {
-  Lanes s = {};
+  std::array<Real<n>, kLanes / n> s = {};
   for (std::size_t i = first; i < last; i += kLanes) {
-    s += load(a + i) * load(b + i);
+    for (std::size_t p = 0; p < s.size(); ++p) {
+      s[p] += load_lanes<n>(a + i + n * p) * load_lanes<n>(b + i + n * p);
+    }
   }
-  return total(s);
+  return total_of<n>(s);
 }
 
 /// a <- a - factor v, and the squares of what is left.
+template <int n>
 double subtract(double* a, double factor, const double* v, std::size_t first, std::size_t last) {
-  Lanes s = {};
+  std::array<Real<n>, kLanes / n> s = {};
   for (std::size_t i = first; i < last; i += kLanes) {
-    const Lanes left = load(a + i) - factor * load(v + i);
-    __builtin_memcpy(a + i, &left, sizeof left);
-    s += left * left;
+    for (std::size_t p = 0; p < s.size(); ++p) {
+      const Real<n> left = load_lanes<n>(a + i + n * p) - factor * load_lanes<n>(v + i + n * p);
+      store_lanes<n>(left, a + i + n * p);
+      s[p] += left * left;
+    }
   }
-  return total(s);
+  return total_of<n>(s);
 }
 
 /// Makes row k of the columns after k a row of R (returned in `R`), by the reflection that leaves
 /// of column k its first entry alone:
 ///   a <- a - v (v' a) / (|x| (|x| + |x_k|)),   v = x + sign(x_k) |x| e_k,   x = rows k.. of k
+template <int n>
 void reflect(std::vector<Column>& columns, std::size_t rows, std::size_t k, Eigen::MatrixXd& R) {
   const std::size_t first = k - k % kLanes;
   const auto row = static_cast<Eigen::Index>(k);
@@ -70,10 +79,10 @@ void reflect(std::vector<Column>& columns, std::size_t rows, std::size_t k, Eige
   const double scale = 1 / (norm * (norm + std::abs(head)));
   for (std::size_t j = k + 1; j < columns.size(); ++j) {
     double* a = columns[j].values;
-    const double factor = scale * dot(v, a, first, rows), taken = factor * v[k];
+    const double factor = scale * dot<n>(v, a, first, rows), taken = factor * v[k];
     R(row, static_cast<Eigen::Index>(j)) = a[k] - taken;
     a[k] = taken;  // so that the row that is done becomes exactly zero
-    columns[j].norm2 = subtract(a, factor, v, first, rows);
+    columns[j].norm2 = subtract<n>(a, factor, v, first, rows);
   }
 }
 
@@ -99,16 +108,16 @@ PivotedQr pivoted_qr(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, int ran
   columns.reserve(static_cast<std::size_t>(n) + 1);
   for (Eigen::Index j = 0; j <= n; ++j) {
     double* values = work.col(j).data();
-    columns.push_back({values, dot(values, values, 0, rows), static_cast<int>(j)});
+    columns.push_back({values, dot<2>(values, values, 0, rows), static_cast<int>(j)});
   }
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(rank, n + 1);
   Eigen::Index done = 0;
-  at_level(level, [&]<int>() {
+  at_level(level, [&]<int n_lanes>() {
     for (; done < rank; ++done) {
       const auto k = static_cast<std::size_t>(done);
       pivot(columns, k, R);
       if (!(columns[k].norm2 > 0)) break;
-      reflect(columns, rows, k, R);
+      reflect<n_lanes>(columns, rows, k, R);
     }
   });
   PivotedQr qr{.R = R.topLeftCorner(done, n),
@@ -141,13 +150,13 @@ NormalEquations normal_equations(const Eigen::MatrixXd& A, const Eigen::VectorXd
   }
   const auto rows = static_cast<std::size_t>(A.rows());
   NormalEquations system{Eigen::MatrixXd(n, n), Eigen::VectorXd(n)};
-  at_level(level, [&]<int>() {
+  at_level(level, [&]<int n_lanes>() {
     for (Eigen::Index j = 0; j < n; ++j) {
       const double* column = A.col(j).data();
       for (Eigen::Index k = 0; k <= j; ++k) {
-        system.AtA(j, k) = system.AtA(k, j) = dot(column, A.col(k).data(), 0, rows);
+        system.AtA(j, k) = system.AtA(k, j) = dot<n_lanes>(column, A.col(k).data(), 0, rows);
       }
-      system.Atb[j] = dot(column, b.data(), 0, rows);
+      system.Atb[j] = dot<n_lanes>(column, b.data(), 0, rows);
     }
   });
   return system;

@@ -19,16 +19,6 @@ constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr int kMostSweeps = 40;  // some five are enough
 
 template <int n>
-Real<n> load(const double* from) {
-  Real<n> v;
-  __builtin_memcpy(&v, from, sizeof v);
-  return v;
-}
-template <int n>
-void store(const Real<n>& v, double* to) {
-  __builtin_memcpy(to, &v, sizeof v);
-}
-template <int n>
 Real<n> root(const Real<n>& x) {
   return each(x, [](double lane) { return std::sqrt(lane); });
 }
@@ -60,10 +50,10 @@ void sum_squares(Columns& of) {
   for (Index k = 0; k < of.values.rows(); k += n) {
     Real<n> sum = {};
     for (Index i = 0; i < of.rows; ++i) {
-      const Real<n> x = load<n>(&of.values(k, i));
+      const Real<n> x = load_lanes<n>(&of.values(k, i));
       sum += x * x;
     }
-    store<n>(sum, &of.values(k, of.rows));
+    store_lanes<n>(sum, &of.values(k, of.rows));
   }
 }
 
@@ -79,10 +69,11 @@ void turn(const Columns& of, double* x, double* y, Index pairs, Real<n>& carried
   for (; pairs > 0; pairs -= n, x += n, y += n) {
     Real<n> even = {}, odd = {};
     for (Index i = 0; i < end; i += 2 * step) {
-      even += load<n>(x + i) * load<n>(y + i);
-      odd += load<n>(x + i + step) * load<n>(y + i + step);
+      even += load_lanes<n>(x + i) * load_lanes<n>(y + i);
+      odd += load_lanes<n>(x + i + step) * load_lanes<n>(y + i + step);
     }
-    const Real<n> xx = load<n>(x + end), yy = load<n>(y + end), xy = even + odd, d = yy - xx;
+    const Real<n> xx = load_lanes<n>(x + end), yy = load_lanes<n>(y + end), xy = even + odd,
+                  d = yy - xx;
     const Real<n> lengths = root<n>(xx * yy);
     const auto oblique = magnitude<n>(xy) > (static_cast<double>(of.rows) * kEps) * lengths;
     const Real<n> opposite = oblique ? (d < 0.0 ? -2.0 * xy : 2.0 * xy) : 0.0;
@@ -92,12 +83,12 @@ void turn(const Columns& of, double* x, double* y, Index pairs, Real<n>& carried
     const auto alone = place >= static_cast<double>(pairs);  // x without a y, and zeros
     const Real<n> c = alone ? 0.0 : adjacent * inverse, s = alone ? 1.0 : opposite * inverse;
     for (Index i = 0; i < end; i += step) {
-      const Real<n> xi = load<n>(x + i), yi = load<n>(y + i);
-      store<n>(s * xi + c * yi, x + i);
-      store<n>(c * xi - s * yi, y + i);
+      const Real<n> xi = load_lanes<n>(x + i), yi = load_lanes<n>(y + i);
+      store_lanes<n>(s * xi + c * yi, x + i);
+      store_lanes<n>(c * xi - s * yi, y + i);
     }
-    store<n>(alone ? xx : yy + moved, x + end);
-    store<n>(alone ? yy : (left < 0.0 ? 0.0 : left), y + end);
+    store_lanes<n>(alone ? xx : yy + moved, x + end);
+    store_lanes<n>(alone ? yy : (left < 0.0 ? 0.0 : left), y + end);
     const Real<n> most = magnitude<n>(tan) * (d < 0.0 ? xx : yy) / lengths;
     carried = most > carried ? most : carried;
   }
@@ -126,11 +117,12 @@ void make_orthogonal(Columns& columns) {
 template <int n>
 void reflect(Eigen::MatrixXd& rows, Index k, Index first, const double* v) {
   for (Index j = 0; j < rows.rows(); j += n) {
-    Real<n> along = v[0] * load<n>(&rows(j, k));
-    for (Index i = first; i < rows.cols(); ++i) along += v[1 + i - first] * load<n>(&rows(j, i));
-    store<n>(load<n>(&rows(j, k)) - v[0] * along, &rows(j, k));
+    Real<n> along = v[0] * load_lanes<n>(&rows(j, k));
+    for (Index i = first; i < rows.cols(); ++i)
+      along += v[1 + i - first] * load_lanes<n>(&rows(j, i));
+    store_lanes<n>(load_lanes<n>(&rows(j, k)) - v[0] * along, &rows(j, k));
     for (Index i = first; i < rows.cols(); ++i) {
-      store<n>(load<n>(&rows(j, i)) - v[1 + i - first] * along, &rows(j, i));
+      store_lanes<n>(load_lanes<n>(&rows(j, i)) - v[1 + i - first] * along, &rows(j, i));
     }
   }
 }
