@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "core/cpu_level.hpp"
+#include "core/linear/cpu_level.hpp"
 
 namespace trammel::store {
 

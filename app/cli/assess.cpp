@@ -1,6 +1,6 @@
 #include "app/cli/assess.hpp"
 
-#include "app/assess/assessment.hpp"
+#include "app/report/assess/assessment.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {

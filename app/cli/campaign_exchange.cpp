@@ -4,8 +4,8 @@
 
 #include "app/cli/campaign_points.hpp"
 #include "app/cli/points_import.hpp"
-#include "app/exchange/stored_campaign.hpp"
-#include "app/exchange/tracker_clock.hpp"
+#include "app/files/stored_campaign.hpp"
+#include "app/files/tracker_clock.hpp"
 #include "store/open.hpp"
 #include "store/transaction.hpp"
 

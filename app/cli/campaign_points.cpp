@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "app/cli/points_import.hpp"
-#include "app/cli/table.hpp"
-#include "app/exchange/numbers.hpp"
-#include "app/exchange/points_look.hpp"
-#include "core/assess/iso9283.hpp"
+#include "app/terminal/table.hpp"
+#include "app/files/numbers.hpp"
+#include "app/files/points_look.hpp"
+#include "core/judge/iso9283.hpp"
 
 namespace trammel::cli {
 

@@ -14,7 +14,7 @@
 #include "app/cli/help.hpp"
 #include "app/cli/next_step.hpp"
 #include "app/cli/suggest.hpp"
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 
 namespace trammel::cli {
 

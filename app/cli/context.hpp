@@ -11,12 +11,15 @@
 #include <string>
 #include <string_view>
 
+#include "app/terminal/text.hpp"
 #include "core/error.hpp"
 
 namespace trammel::cli {
 
 /// Objects we print keep their order: a reader sees "schema" first.
 using Json = nlohmann::ordered_json;
+
+using namespace terminal;  // tables, columns, safe text
 
 struct Context {
   std::string db_option;  // --db as given; empty when not
@@ -46,18 +49,6 @@ struct Context {
 
   mutable bool suggested = false;  // next() was called
 };
-
-/// stdout (1) or stderr (2) is a terminal, and NO_COLOR is not set.
-bool colour(int descriptor);
-
-/// `text` bold when stdout is a terminal that may be coloured.
-std::string bold(std::string_view text);
-
-/// Text from a file or a device, safe on a terminal: control characters become '?'.
-std::string printable(std::string_view text);
-
-/// `text` as one word of a shell: quoted when it must be.
-std::string shell_word(std::string_view text);
 
 /// The noun `name` ("campaign"), made on first use, so that several files can add verbs to it.
 CLI::App& noun(CLI::App& app, const std::string& name, const std::string& description);

@@ -2,14 +2,14 @@
 
 #include <fmt/format.h>
 
-#include "app/exchange/campaign_file.hpp"
-#include "app/exchange/files.hpp"
+#include "app/files/campaign_file.hpp"
+#include "app/files/files.hpp"
 #include "app/job/diagnosis_text.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/plan_json.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -60,7 +60,7 @@ void write_plan(const DiagnoseOptions& options, const Json& details, Context& co
     return;
   }
   write_file_atomically(options.plan,
-                        session::plan_json(job::next_points_plan(details)).dump(2) + "\n");
+                        plan_json(job::next_points_plan(details)).dump(2) + "\n");
   context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
 }
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/cli/serving.hpp"
-#include "app/device/robot_json.hpp"
+#include "app/files/robot_json.hpp"
 #include "app/emulate/galil.hpp"
 #include "app/emulate/stage_link.hpp"
 #include "app/emulate/tracker.hpp"
@@ -67,7 +67,7 @@ ExitCode run_galil(const EmulateOptions& o, Context& context) {
   Faults faults, tracker_faults;
   add_faults(faults, o.faults, Emulated::stage);
   add_faults(tracker_faults, o.tracker_faults, Emulated::tracker);
-  EmulatedRobot robot(simulate::VirtualRobot(device::read_robot(o.robot)), rails_of(o),
+  EmulatedRobot robot(simulate::VirtualRobot(read_robot(o.robot)), rails_of(o),
                       emulate::wall_clock(o.speedup));
   emulate::Galil galil(robot, faults);
   emulate::EmulatedTracker tracker(
@@ -96,7 +96,7 @@ ExitCode run_galil(const EmulateOptions& o, Context& context) {
 ExitCode run_tracker(const EmulateOptions& o, Context& context) {
   Faults faults;
   add_faults(faults, o.faults, Emulated::tracker);
-  const simulate::VirtualRobot robot(device::read_robot(o.robot));
+  const simulate::VirtualRobot robot(read_robot(o.robot));
   emulate::EmulatedTracker::Look look = [&o] { return emulate::ask_standing(o.stage); };
   if (o.stage.empty()) {  // nothing moves it: it stands at home
     const EmulatedRobot at_home(robot, {}, [] { return 0.0; });

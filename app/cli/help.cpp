@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "app/cli/columns.hpp"
+#include "app/terminal/columns.hpp"
 #include "app/cli/command_tree.hpp"
 
 namespace trammel::cli {

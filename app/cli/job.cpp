@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "app/cli/rerun_all.hpp"
-#include "app/cli/table.hpp"
+#include "app/terminal/table.hpp"
 #include "app/job/diff.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"

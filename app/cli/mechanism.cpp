@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "app/cli/mechanism_maps.hpp"
-#include "app/exchange/commands_csv.hpp"
-#include "app/exchange/mechanism_json.hpp"
-#include "app/exchange/numbers.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/commands_csv.hpp"
+#include "app/files/mechanism_json.hpp"
+#include "app/files/numbers.hpp"
+#include "app/files/plan_json.hpp"
 #include "core/mechanism/error_model.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/velocity.hpp"
@@ -125,7 +125,7 @@ std::vector<Pose> poses_of(const MechanismOptions& options) {
     poses.push_back({v[0], v[1], rad_from_deg(v[2])});
   }
   if (!options.batch.empty()) {
-    for (const PlannedPoint& p : session::plan_of(options.batch).points) poses.push_back(p.target);
+    for (const PlannedPoint& p : plan_of(options.batch).points) poses.push_back(p.target);
   }
   if (poses.empty()) need("--pose", "--plan");
   return poses;

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "app/exchange/mechanism_json.hpp"
+#include "app/files/mechanism_json.hpp"
 #include "core/mechanism/sensitivity.hpp"
 #include "core/mechanism/workspace.hpp"
 #include "core/plan/grids.hpp"

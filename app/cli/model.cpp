@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/cli/table.hpp"
+#include "app/terminal/table.hpp"
 #include "app/job/model_json.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/job/text.hpp"

@@ -10,12 +10,12 @@
 #include "app/cli/approach.hpp"
 #include "app/cli/margins.hpp"
 #include "app/cli/plan_design.hpp"
-#include "app/exchange/files.hpp"
-#include "app/exchange/mechanism_json.hpp"
-#include "app/exchange/numbers.hpp"
+#include "app/files/files.hpp"
+#include "app/files/mechanism_json.hpp"
+#include "app/files/numbers.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/session/plan_record.hpp"
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
@@ -195,7 +195,7 @@ void require_used(const CreateOptions& o) {
 ExitCode run_create(const CreateOptions& options, Context& context) {
   require_used(options);
   const Plan plan = plan_for(options, context);
-  const std::string text = session::plan_json(plan).dump(1) + "\n";
+  const std::string text = plan_json(plan).dump(1) + "\n";
   if (options.grid == "optimal") {
     context.say(beside_paper_80(plan, mechanism_of(options.mechanism), options.design));
   }
@@ -218,9 +218,9 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
 }
 
 ExitCode run_show(const FileOptions& options, Context& context) {
-  const Plan plan = session::plan_of(options.file);
+  const Plan plan = plan_of(options.file);
   if (context.json) {
-    Json fields = session::plan_json(plan);
+    Json fields = plan_json(plan);
     fields.erase("schema");  // this is the plan as a command's answer
     fields["n_points"] = plan.points.size();
     context.print("plan-show", fields);
@@ -242,7 +242,7 @@ ExitCode run_show(const FileOptions& options, Context& context) {
 }
 
 ExitCode run_check(const FileOptions& options, Context& context) {
-  const Plan plan = session::plan_of(options.file);
+  const Plan plan = plan_of(options.file);
   const Mechanism mechanism = mechanism_of(options.mechanism);
   const auto violations = check(plan, mechanism, options.check);
   std::optional<PlanDesign> design;
@@ -255,7 +255,7 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                    {"plan_sha256", session::plan_sha256(plan, mechanism)},
                    {"recorded", records},
                    {"safe", violations.empty()},
-                   {"violations", session::violations_json(violations)}};
+                   {"violations", violations_json(violations)}};
     if (design) fields["identifiability"] = design_json(*design);
     context.print("plan-check", fields);
   } else {

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "app/exchange/files.hpp"
-#include "app/exchange/json_file.hpp"
-#include "app/exchange/mechanism_json.hpp"
-#include "app/exchange/numbers.hpp"
-#include "app/exchange/points_campaign.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/files.hpp"
+#include "app/files/json_file.hpp"
+#include "app/files/mechanism_json.hpp"
+#include "app/files/numbers.hpp"
+#include "app/files/points_campaign.hpp"
+#include "app/files/plan_json.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {
@@ -34,9 +34,9 @@ std::string file_of(const std::string& given, const std::string& stated, const s
 Plan plan_beside(const std::string& given, const Layout& layout) {
   if (given.empty() && !layout.plan.empty()) {
     const auto beside = std::filesystem::path(layout.file).parent_path() / layout.plan;
-    return session::plan_of(std::filesystem::exists(beside) ? beside.string() : layout.plan);
+    return plan_of(std::filesystem::exists(beside) ? beside.string() : layout.plan);
   }
-  return session::plan_of(file_of(given, layout.plan, layout.file, "plan", "--plan"));
+  return plan_of(file_of(given, layout.plan, layout.file, "plan", "--plan"));
 }
 
 Loaded load(const CampaignImportOptions& o) {

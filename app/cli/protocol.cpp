@@ -7,12 +7,12 @@
 
 #include "app/cli/example_files.hpp"
 #include "app/cli/report.hpp"
-#include "app/exchange/files.hpp"
+#include "app/files/files.hpp"
 #include "app/job/run.hpp"
 #include "app/protocol/run.hpp"
 #include "app/report/gather.hpp"
 #include "app/report/print.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/session/stop_signal.hpp"
 #include "store/open.hpp"
 
@@ -69,7 +69,7 @@ Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
                      {"detail", step.detail},
                      {"exit_code", static_cast<int>(step.code)}});
     if (!step.violations.empty()) {
-      steps.back()["violations"] = session::violations_json(step.violations);
+      steps.back()["violations"] = violations_json(step.violations);
     }
   }
   return steps;

@@ -5,8 +5,8 @@
 
 #include <sstream>
 
-#include "app/cli/columns.hpp"
-#include "app/exchange/files.hpp"
+#include "app/terminal/columns.hpp"
+#include "app/files/files.hpp"
 #include "app/report/gather.hpp"
 #include "app/report/page/page.hpp"
 #include "app/report/print.hpp"

@@ -4,7 +4,7 @@
 #include <unistd.h>
 
 #include "app/job/rerun_all.hpp"
-#include "app/session/progress.hpp"
+#include "app/terminal/progress.hpp"
 #include "app/session/stop_signal.hpp"
 #include "store/open.hpp"
 
@@ -49,7 +49,7 @@ ExitCode run_rerun_all(const RerunAllOptions& options, bool force, bool dry_run,
   store::Connection db =
       store::open(context.db(), dry_run ? store::Access::read_only : store::Access::write);
   session::count_stop_signals();
-  std::optional<session::Progress> bar;
+  std::optional<terminal::Progress> bar;
   const job::SweepResult result =
       job::rerun_all(db, {.stage = options.stage,
                           .where = options.where,

@@ -7,8 +7,8 @@
 #include "app/job/run.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/session/lock.hpp"
-#include "app/session/plan_json.hpp"
-#include "app/session/progress.hpp"
+#include "app/files/plan_json.hpp"
+#include "app/terminal/progress.hpp"
 #include "app/session/session.hpp"
 #include "app/session/stop_signal.hpp"
 #include "app/session/wishes.hpp"
@@ -57,7 +57,7 @@ ExitCode report(const session::Outcome& outcome, const std::string& verb, const 
                    {"n_stored", outcome.n_stored}};
     if (!outcome.detail.empty()) fields["detail"] = outcome.detail;
     if (!outcome.violations.empty()) {
-      fields["violations"] = session::violations_json(outcome.violations);
+      fields["violations"] = violations_json(outcome.violations);
     }
     if (!outcome.missing.empty()) fields["missing"] = outcome.missing;
     if (!outcome.plan_sha256.empty()) {
@@ -81,7 +81,7 @@ ExitCode report(const session::Outcome& outcome, const std::string& verb, const 
 void say_duration(const session::Outcome& outcome, const Context& context) {
   if (outcome.refused()) return;
   context.say(fmt::format("{} points, estimated {} (h:mm:ss)", outcome.n_points - outcome.n_before,
-                          session::clock_text(outcome.estimated_s)));
+                          terminal::clock_text(outcome.estimated_s)));
 }
 
 Correction dry_correction(const RunOptions& options, const Context& context) {
@@ -93,7 +93,7 @@ Correction dry_correction(const RunOptions& options, const Context& context) {
 
 ExitCode run_run(const RunOptions& options, Context& context) {
   session::Request request = options.request;
-  request.plan = session::plan_of(options.plan);
+  request.plan = plan_of(options.plan);
   if (!options.band_degc.empty()) {
     request.policy.low_degc = options.band_degc[0];
     request.policy.high_degc = options.band_degc[1];

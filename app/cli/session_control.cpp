@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <thread>
 
-#include "app/cli/table.hpp"
+#include "app/terminal/table.hpp"
 #include "app/session/lock.hpp"
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"

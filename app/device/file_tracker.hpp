@@ -8,7 +8,7 @@
 
 #include "app/device/growing_file.hpp"
 #include "app/device/nest_reading.hpp"
-#include "app/exchange/points_file.hpp"
+#include "app/files/points_file.hpp"
 
 namespace trammel::device {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 
 namespace trammel::device {
 

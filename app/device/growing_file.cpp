@@ -4,7 +4,7 @@
 #include <chrono>
 #include <system_error>
 
-#include "app/exchange/files.hpp"
+#include "app/files/files.hpp"
 #include "core/error.hpp"
 
 namespace trammel::device {

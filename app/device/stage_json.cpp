@@ -1,8 +1,8 @@
 #include "app/device/stage_json.hpp"
 
-#include "app/exchange/fields.hpp"
-#include "app/exchange/files.hpp"
-#include "app/exchange/mechanism_json.hpp"
+#include "app/files/fields.hpp"
+#include "app/files/files.hpp"
+#include "app/files/mechanism_json.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
 

@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "core/units.hpp"
 
 namespace trammel::device {

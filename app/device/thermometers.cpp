@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/device/growing_file.hpp"
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "core/error.hpp"
 
 namespace trammel::device {

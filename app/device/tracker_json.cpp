@@ -5,9 +5,9 @@
 #include "app/device/file_tracker.hpp"
 #include "app/device/t2sa.hpp"
 #include "app/device/thermometers.hpp"
-#include "app/exchange/fields.hpp"
-#include "app/exchange/files.hpp"
-#include "app/exchange/points_format.hpp"
+#include "app/files/fields.hpp"
+#include "app/files/files.hpp"
+#include "app/files/points_format.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "core/error.hpp"
 
 namespace trammel::emulate {

@@ -9,7 +9,7 @@
 
 #include "app/emulate/galil.hpp"
 #include "app/emulate/stage_link.hpp"
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 
 namespace trammel::emulate {
 

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <vector>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "core/error.hpp"
 
 namespace trammel::emulate {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
 namespace trammel::emulate {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "app/emulate/tracker.hpp"
-#include "app/exchange/fields.hpp"
+#include "app/files/fields.hpp"
 #include "core/units.hpp"
 
 namespace trammel::emulate {

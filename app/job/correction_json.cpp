@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "app/exchange/mechanism_json.hpp"
+#include "app/files/mechanism_json.hpp"
 
 namespace trammel::job {
 

@@ -1,7 +1,7 @@
 #pragma once
 // Corrections as jobs store them: the same bits come back.
 
-#include "app/exchange/fields.hpp"
+#include "app/files/fields.hpp"
 #include "app/job/json.hpp"
 #include "core/calibrate/correction.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/report/lines.hpp"
+#include "app/terminal/lines.hpp"
 
 namespace trammel::job {
 
@@ -30,7 +30,7 @@ std::string with_unit(double value, const Json& unit) {
 /// A sentence under its word: "  expected   one reading is …", broken to fit a terminal.
 std::string line(const char* word, const std::string& sentence) {
   if (sentence.empty()) return "";
-  const std::string text = report::wrapped(kIndent + sentence, kIndent, true);
+  const std::string text = terminal::wrapped(kIndent + sentence, kIndent, true);
   return fmt::format("  {:<10} ", word) + text.substr(std::string_view(kIndent).size());
 }
 
@@ -286,7 +286,7 @@ std::string argument_text(const Json& d) {
 
 std::string diagnosis_text(const Json& d) {
   std::string text =
-      report::wrapped(fmt::format("{}: {}", d["verdict"].get<std::string>(), verdict_text(d)));
+      terminal::wrapped(fmt::format("{}: {}", d["verdict"].get<std::string>(), verdict_text(d)));
   text += "\n" + argument_text(d) + "\n" + gap_text(d) + "\n" + audit_text(d);
   const std::string next = next_text(d);
   if (!next.empty()) text += "\n" + next;

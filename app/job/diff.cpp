@@ -10,7 +10,7 @@
 #include "app/job/points.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/units.hpp"
 
 namespace trammel::job {

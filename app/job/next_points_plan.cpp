@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/cli/context.hpp"
+#include "app/terminal/text.hpp"
 #include "core/units.hpp"
 #include "store/campaign.hpp"
 
@@ -32,7 +32,7 @@ store::Job last_diagnosis(store::Connection& connection, const std::string& camp
     throw NotFoundError({.what = "the campaign has no diagnosis that could suggest points",
                          .where = {.field = "campaign"},
                          .got = campaign,
-                         .hint = "trammel diagnose " + cli::shell_word(campaign)});
+                         .hint = "trammel diagnose " + terminal::shell_word(campaign)});
   }
   return store::get_job(connection, last);
 }

@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 
 #include "app/job/points.hpp"
-#include "core/assess/bootstrap.hpp"
-#include "core/assess/deviation.hpp"
-#include "core/assess/hull.hpp"
-#include "core/assess/summary.hpp"
+#include "core/statistics/bootstrap.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/plane/hull.hpp"
+#include "core/statistics/summary.hpp"
 #include "core/units.hpp"
 #include "store/session.hpp"
 #include "store/transaction.hpp"

@@ -8,11 +8,11 @@
 
 #include "app/job/held_out.hpp"
 #include "app/job/stages.hpp"
-#include "core/assess/blocks.hpp"
-#include "core/assess/bootstrap.hpp"
-#include "core/assess/deviation.hpp"
-#include "core/assess/summary.hpp"
-#include "core/assess/verdict.hpp"
+#include "core/plane/blocks.hpp"
+#include "core/statistics/bootstrap.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/statistics/summary.hpp"
+#include "core/judge/verdict.hpp"
 #include "core/diagnose/diagnose.hpp"
 #include "core/measure/noise.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "app/job/stages.hpp"
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 
 namespace trammel::job {
 

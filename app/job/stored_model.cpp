@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "app/job/run.hpp"
 #include "core/units.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "app/job/contest_text.hpp"
 #include "app/job/identification.hpp"
-#include "core/assess/summary.hpp"
+#include "core/statistics/summary.hpp"
 
 namespace trammel::job {
 

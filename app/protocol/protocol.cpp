@@ -4,9 +4,9 @@
 #include <array>
 #include <map>
 
-#include "app/exchange/fields.hpp"
+#include "app/files/fields.hpp"
 #include "app/job/stages.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/plan_json.hpp"
 
 namespace trammel::protocol {
 
@@ -50,7 +50,7 @@ Step read_measure(Fields& fields, const EarlierSteps& earlier) {
   }
   MeasureStep step;
   step.plan = fields.choice("plan", {"paper-80", "paper-48", "circles"});
-  step.approach = session::read_approach(fields);
+  step.approach = read_approach(fields);
   step.set = fields.choice("set", {"identify", "validate"}, "identify") == "validate"
                  ? ReadingSet::validate
                  : ReadingSet::identify;

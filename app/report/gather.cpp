@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "app/report/from_job.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/remarks.hpp"
 #include "app/report/simulation.hpp"
-#include "core/assess/circle.hpp"
-#include "core/assess/deviation.hpp"
+#include "core/plane/circle.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/measure/noise.hpp"
 #include "core/units.hpp"
 

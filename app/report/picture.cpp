@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
-#include "app/exchange/numbers.hpp"
-#include "app/report/lines.hpp"
+#include "app/files/numbers.hpp"
+#include "app/terminal/lines.hpp"
 #include "app/report/print.hpp"
 
 namespace trammel::report {
@@ -196,7 +196,7 @@ std::string pictures(const Report& report, Glyphs glyphs) {
   const ErrorTable* table = best_table(report);
   if (table == nullptr) return "";
   const std::string map = error_map(*table, glyphs);
-  return heading(fmt::format("Where the error is [{}]: {}, {}", table->unit, table->method,
+  return terminal::heading(fmt::format("Where the error is [{}]: {}, {}", table->unit, table->method,
                              judged_words(*table))) +
          map + (map.empty() ? "" : "\n") + method_bars(report, *table, glyphs);
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/report/story.hpp"
-#include "core/assess/summary.hpp"
+#include "core/statistics/summary.hpp"
 
 namespace trammel::report {
 

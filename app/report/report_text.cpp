@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/cli/context.hpp"
-#include "app/exchange/numbers.hpp"
-#include "app/report/lines.hpp"
+#include "app/terminal/text.hpp"
+#include "app/files/numbers.hpp"
+#include "app/terminal/lines.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/print.hpp"
 #include "app/report/simulation.hpp"
@@ -14,7 +14,7 @@ namespace trammel::report {
 
 namespace {
 
-using cli::printable;
+using terminal::printable;
 
 std::string percent(const std::optional<double>& value) {
   return value ? fmt::format("{:+.1f} %", -*value) : "";
@@ -54,7 +54,7 @@ std::string figure_tables(const Report& report, const std::string& figure, bool 
   for (const ErrorTable& table : report.tables) {
     if (table.figure != figure) continue;
     if (text.empty()) {
-      text = heading(
+      text = terminal::heading(
           fmt::format("{} error [{}]", figure == "position" ? "Position" : "Attitude", table.unit));
       text += row("", "", "", "before", "after", "", narrow);
       text += row("method", "judged", "n", numbers, numbers, "change", narrow);
@@ -78,14 +78,14 @@ std::string notes(const Report& report) {
   std::string text =
       "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has "
       "seen.\n" +
-      wrapped("noise floor: what a perfect robot reads on average; " + report.noise + ".");
+      terminal::wrapped("noise floor: what a perfect robot reads on average; " + report.noise + ".");
   if (predicted) {
     text +=
         "*: \"after\" is predicted from the readings before, not measured again: the robot keeps "
         "its\n"
         "   error, only the command changes.\n";
   }
-  for (const std::string& remark : report.remarks) text += "\n" + wrapped("Note: " + remark);
+  for (const std::string& remark : report.remarks) text += "\n" + terminal::wrapped("Note: " + remark);
   return text;
 }
 
@@ -114,7 +114,7 @@ std::string demand_text(const Report& report) {
 std::string contest_text(const Contest& c) {
   const bool clear = std::abs(c.mean_difference_mm) > c.half_width_mm;
   const std::string& winner = c.mean_difference_mm > 0 ? c.b : c.a;
-  std::string text = heading(fmt::format("{} against {}, on one baseline", c.a, c.b));
+  std::string text = terminal::heading(fmt::format("{} against {}, on one baseline", c.a, c.b));
   text += fmt::format(
       "{} leaves the smaller error at {} of the same {} points; mean difference {} - {} = "
       "{:+.4f} mm,\n95 % interval +-{:.4f} mm: {}.\n",
@@ -130,7 +130,7 @@ std::string deviation_columns(const CircleDeviation& d) {
 
 std::string circles_text(const CircleTable& circles) {
   std::string text =
-      heading(fmt::format("Circles [mm], held-out, after: {}{}", method_words(circles.method),
+      terminal::heading(fmt::format("Circles [mm], held-out, after: {}{}", method_words(circles.method),
                           circles.after_predicted ? ", predicted" : ", measured again"));
   text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "", "", "before", "after");
   const std::string names = fmt::format("{:>8} {:>8} {:>8}", "centre x", "centre y", "radius");
@@ -165,13 +165,13 @@ std::string parameter_line(const ParameterRow& p) {
 }
 
 std::string identification_text(const Identification& found) {
-  std::string text = heading("Identified error sources (the paper's Table III)");
+  std::string text = terminal::heading("Identified error sources (the paper's Table III)");
   text += fmt::format("rank {} of {} columns\n", found.rank, found.columns);
   text += fmt::format("  {:<26} {:<27} {:>9}\n", "", "change from nominal", "the paper");
   for (const auto* rows : {&found.parameters, &found.combinations}) {
     for (const ParameterRow& p : *rows) text += parameter_line(p);
   }
-  text += wrapped(
+  text += terminal::wrapped(
       "-: not identified by itself, so no number is given; the paper's there are one of many "
       "solutions that fit as well. +-: one standard uncertainty" +
       (found.explained
@@ -180,7 +180,7 @@ std::string identification_text(const Identification& found) {
                  ", widened: residuals are {:.1f} times the noise, so the values have taken "
                  "up what constants cannot explain.",
                  found.sigma_ratio)));
-  for (const std::string& sentence : found.words) text += wrapped("- " + sentence, "  ");
+  for (const std::string& sentence : found.words) text += terminal::wrapped("- " + sentence, "  ");
   return text;
 }
 
@@ -198,7 +198,7 @@ std::string spread_words(const NetworkFit& fit) {
 }
 
 std::string network_text(const NetworkFit& fit) {
-  std::string text = heading("Network fit, in-sample (the paper's Table VIII)");
+  std::string text = terminal::heading("Network fit, in-sample (the paper's Table VIII)");
   text += fmt::format("{} neurons on {} points, common spread {:.1f} mm ({})\n", fit.neurons, fit.n,
                       fit.sigma_mm, spread_words(fit));
   text += fmt::format("MAE {:.4f} mm (paper {:.4f}), MSE {:.6f} mm^2 (paper {:.4f})\n", fit.mae_mm,
@@ -209,7 +209,7 @@ std::string network_text(const NetworkFit& fit) {
 }
 
 std::string origin_text(const Report& report) {
-  std::string text = heading("Where it comes from");
+  std::string text = terminal::heading("Where it comes from");
   std::size_t width = 0;
   for (const SessionRow& s : report.sessions) width = std::max(width, printable(s.name).size());
   for (const SessionRow& s : report.sessions) {
@@ -272,7 +272,7 @@ std::string to_text(const Report& report, const Page& page) {
                                  report.imported ? ", imported" : "", report.n_readings);
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
   text +=
-      "\n" + report.mechanism + "\n\n" + wrapped(verdict(report)) + pictures(report, page.glyphs);
+      "\n" + report.mechanism + "\n\n" + terminal::wrapped(verdict(report)) + pictures(report, page.glyphs);
   text += figure_tables(report, "position", page.narrow) +
           figure_tables(report, "attitude", page.narrow);
   if (!report.tables.empty()) text += notes(report) + demand_text(report);

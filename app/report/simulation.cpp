@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/job/correction_json.hpp"
-#include "app/report/lines.hpp"
+#include "app/terminal/lines.hpp"
 #include "core/calibrate/simulation.hpp"
 
 namespace trammel::report {
@@ -75,8 +75,8 @@ SimulationTable simulation_table(const Measured& measured, const Group& group,
 std::string simulation_text(const std::vector<SimulationTable>& tables) {
   if (tables.empty()) return "";
   std::string text =
-      heading("Forward kinematics simulated with lsq's values (the paper's Figs. 7, 8)");
-  text += wrapped(
+      terminal::heading("Forward kinematics simulated with lsq's values (the paper's Figs. 7, 8)");
+  text += terminal::wrapped(
       "mean position errors [mm]: as measured before any compensation, as simulated, and of "
       "measured - simulated; by distance of the target from O_A");
   text += fmt::format("{:<26} {:>4}   {:>8}   {:>8}  {:>9}\n", "", "n", "measured", "simulated",

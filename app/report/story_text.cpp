@@ -4,21 +4,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/cli/context.hpp"
-#include "app/report/lines.hpp"
+#include "app/terminal/text.hpp"
+#include "app/terminal/lines.hpp"
 #include "app/report/story.hpp"
 
 namespace trammel::report {
 
 namespace {
 
-using cli::printable;
+using terminal::printable;
 
 constexpr const char* kIndent = "           ";  // below the words of a line
 
 std::string line(const char* what, const std::string& words) {
   if (words.empty()) return "";
-  const std::string text = wrapped(kIndent + words, kIndent, true);
+  const std::string text = terminal::wrapped(kIndent + words, kIndent, true);
   return fmt::format("  {:<8} ", what) + text.substr(std::string_view(kIndent).size());
 }
 
@@ -99,8 +99,8 @@ std::string story_text(const std::vector<StoryRound>& story) {
   if (story.empty()) return "";
   const StoryRound& last = story.back();
   const std::string judged = sessions_text(last.judged, "");
-  std::string text = heading("Where simulation and measurement part, and why");
-  text += wrapped(fmt::format(
+  std::string text = terminal::heading("Where simulation and measurement part, and why");
+  text += terminal::wrapped(fmt::format(
       "gap: rms of measured - simulated per coordinate [mm], on fitted readings (in-sample) / on "
       "{}; "
       "a perfect model leaves {:.4f}.",
@@ -109,7 +109,7 @@ std::string story_text(const std::vector<StoryRound>& story) {
   for (std::size_t k = 0; k < story.size(); ++k) text += round_text(story[k], k + 1);
   if (!last.effects.empty()) text += "values of the last round (one standard deviation):\n";
   for (const EffectRow& effect : last.effects) {
-    text += wrapped(fmt::format("  {}: {}", effect.name, values_text(effect)), "    ", true);
+    text += terminal::wrapped(fmt::format("  {}: {}", effect.name, values_text(effect)), "    ", true);
   }
   return text;
 }

@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "app/exchange/files.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/files.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/session/settings.hpp"
 #include "core/error.hpp"
 #include "store/clock.hpp"

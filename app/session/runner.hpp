@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/session/hands.hpp"
-#include "app/session/progress.hpp"
+#include "app/terminal/progress.hpp"
 #include "app/session/session.hpp"
 #include "app/session/settings.hpp"
 #include "app/session/wishes.hpp"
@@ -118,7 +118,7 @@ class Runner {
   std::map<int, Standing> stood_;                 // by seq of the points that are stored
   std::map<int, store::StoredReading> measured_;  // the same
   std::vector<PlannedPoint> open_;
-  std::optional<Progress> progress_;
+  std::optional<terminal::Progress> progress_;
   std::string trail_;  // of the try that goes on
   std::chrono::steady_clock::time_point try_began_;
   int n_before_ = 0;

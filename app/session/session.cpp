@@ -291,7 +291,7 @@ Outcome run(store::Connection& connection, const Request& request,
   course.session = store::get_session(connection, id);
   store::add_event(connection, id, "checked",
                    fmt::format("{} points, plan {}, estimated {}", looked.n_points,
-                               looked.plan_sha256, clock_text(looked.estimated_s)));
+                               looked.plan_sha256, terminal::clock_text(looked.estimated_s)));
   Outcome outcome = Runner(connection, devices, course, surroundings).walk(false, new_set_up);
   outcome.estimated_s = looked.estimated_s;
   outcome.plan_sha256 = looked.plan_sha256;

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "app/exchange/files.hpp"
+#include "app/files/files.hpp"
 #include "core/error.hpp"
 #include "store/digest.hpp"
 #include "store/transaction.hpp"

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "app/session/settings.hpp"
 #include "core/units.hpp"
 #include "store/clock.hpp"

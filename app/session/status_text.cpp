@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "app/cli/context.hpp"
-#include "app/session/progress.hpp"
+#include "app/terminal/text.hpp"
+#include "app/terminal/progress.hpp"
 #include "app/session/status.hpp"
 
 namespace trammel::session {
@@ -29,7 +29,7 @@ std::string bar(const SessionStatus& s, int width) {
 
 std::string times(const SessionStatus& s) {
   std::string text;
-  if (s.left_s) text += ", " + clock_text(*s.left_s) + " left";
+  if (s.left_s) text += ", " + terminal::clock_text(*s.left_s) + " left";
   if (s.seconds_per_point) text += fmt::format(", {:.3g} s a point", *s.seconds_per_point);
   return text;
 }
@@ -49,7 +49,7 @@ std::string base_nests(const SessionStatus& s) {
   for (std::size_t k = s.base.size() - std::min(s.base.size(), kShown); k < s.base.size(); ++k) {
     const BaseCheck& b = s.base[k].check;
     text += fmt::format("  after {:<10} {:>10.4f} {:>10.4f} {:>10.4f}  {}{}\n", b.after, b.moved_mm,
-                        b.chance_mm, b.gate_mm, cli::printable(b.nest),
+                        b.chance_mm, b.gate_mm, terminal::printable(b.nest),
                         b.off     ? ", beyond the gate"
                         : b.moved ? ", more than chance"
                                   : "");
@@ -63,14 +63,14 @@ std::string status_text(const SessionStatus& s, int width) {
   std::string text;
   if (s.simulated) text += rule(width, "SIMULATED");
   text +=
-      fmt::format("{} / {}: {}", cli::printable(s.campaign), cli::printable(s.session), s.state);
+      fmt::format("{} / {}: {}", terminal::printable(s.campaign), terminal::printable(s.session), s.state);
   if (s.process) text += fmt::format(" (process {})", *s.process);
   text += "\n";
-  if (!s.detail.empty()) text += "  " + cli::printable(s.detail) + "\n";
+  if (!s.detail.empty()) text += "  " + terminal::printable(s.detail) + "\n";
   text += fmt::format("{} {}/{}{}\n", bar(s, width), s.n_ok, s.n_points, times(s));
   if (s.stalled) {
     text += fmt::format("STALLED: nothing was stored for {} (alarm after {})\n",
-                        clock_text(s.silent_s), clock_text(s.stall_after_s));
+                        terminal::clock_text(s.silent_s), terminal::clock_text(s.stall_after_s));
   }
   text += retries(s);
   if (!s.last.empty()) text += "last deviations      dx mm      dy mm   dphi deg    |d| mm\n";

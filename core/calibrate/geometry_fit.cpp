@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "core/limits.hpp"
+#include "core/statistics/limits.hpp"
 
 namespace trammel {
 

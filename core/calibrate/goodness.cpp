@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/limits.hpp"
+#include "core/statistics/limits.hpp"
 
 namespace trammel {
 

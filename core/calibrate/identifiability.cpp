@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "core/calibrate/least_squares.hpp"
-#include "core/calibrate/singular_values.hpp"
+#include "core/linear/least_squares.hpp"
+#include "core/linear/singular_values.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "core/lanes.hpp"
+#include "core/linear/lanes.hpp"
 
 namespace trammel {
 

@@ -5,19 +5,14 @@
 #include <vector>
 
 #include "core/calibrate/joint_error.hpp"
-#include "core/cpu_level.hpp"
+#include "core/linear/cpu_level.hpp"
+#include "core/plane/place.hpp"
 
 namespace trammel {
 
 struct IdwOptions {
   double power = 2;    // weights 1 / d^power
   int neighbours = 0;  // nearest samples that count; 0 = all, as the paper
-};
-
-/// A place in the plane, mm.
-struct Place {
-  double x_mm = 0;
-  double y_mm = 0;
 };
 
 /// Samples as columns, so that a block of queries runs through them without a gather.

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/calibrate/least_squares.hpp"
+#include "core/linear/least_squares.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/error_model.hpp"
 #include "core/mechanism/error_rows.hpp"

@@ -11,7 +11,7 @@
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/error.hpp"
 #include "core/plan/grids.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 
 namespace trammel {
 

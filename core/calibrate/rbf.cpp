@@ -5,9 +5,9 @@
 #include <cmath>
 #include <string>
 
-#include "core/calibrate/kmeans.hpp"
+#include "core/plane/kmeans.hpp"
 #include "core/error.hpp"
-#include "core/lanes.hpp"
+#include "core/linear/lanes.hpp"
 
 namespace trammel {
 

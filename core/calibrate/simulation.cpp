@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/poses.hpp"
 

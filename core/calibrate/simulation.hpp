@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/assess/summary.hpp"
+#include "core/statistics/summary.hpp"
 #include "core/calibrate/correction.hpp"
 
 namespace trammel {

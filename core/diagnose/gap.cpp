@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
 namespace trammel {

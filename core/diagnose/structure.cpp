@@ -5,7 +5,7 @@
 #include <cmath>
 #include <thread>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 
 namespace trammel {
 

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "core/limits.hpp"
+#include "core/statistics/limits.hpp"
 
 namespace trammel {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "core/measure/nests.hpp"
-#include "core/measure/rigid.hpp"
+#include "core/plane/rigid.hpp"
 
 namespace trammel {
 

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/limits.hpp"
-#include "core/measure/rigid.hpp"
+#include "core/statistics/limits.hpp"
+#include "core/plane/rigid.hpp"
 
 namespace trammel {
 

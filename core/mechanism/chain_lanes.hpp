@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "core/lanes.hpp"
+#include "core/linear/lanes.hpp"
 #include "core/mechanism/displacements.hpp"
 
 namespace trammel {

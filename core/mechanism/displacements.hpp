@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "core/cpu_level.hpp"
+#include "core/linear/cpu_level.hpp"
 #include "core/mechanism/geometry.hpp"
 
 namespace trammel {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/cpu_level.hpp"
+#include "core/linear/cpu_level.hpp"
 #include "core/mechanism/displacements.hpp"
 
 namespace trammel {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "core/lanes.hpp"
+#include "core/linear/lanes.hpp"
 #include "core/mechanism/chain_lanes.hpp"
 
 namespace trammel {

@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 
 namespace trammel {
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/simulate/virtual_robot.hpp"
 #include "core/units.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <sodium/crypto_hash_sha256.h>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel::store;

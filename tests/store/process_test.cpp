@@ -7,7 +7,7 @@
 #include <set>
 #include <thread>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "store/transaction.hpp"
 #include "store/verify.hpp"
 #include "tests/store/fixtures.hpp"

@@ -1,18 +1,18 @@
 #include <fstream>
 
-#include "app/device/robot_json.hpp"
+#include "app/files/robot_json.hpp"
 #include "app/device/stage_json.hpp"
 #include "app/device/tracker_json.hpp"
-#include "app/exchange/campaign_file.hpp"
-#include "app/exchange/commands_csv.hpp"
-#include "app/exchange/mechanism_json.hpp"
-#include "app/exchange/points_campaign.hpp"
+#include "app/files/campaign_file.hpp"
+#include "app/files/commands_csv.hpp"
+#include "app/files/mechanism_json.hpp"
+#include "app/files/points_campaign.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/job/text.hpp"
 #include "app/protocol/protocol.hpp"
 #include "app/report/gather.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/plan_json.hpp"
 #include "core/plan/build.hpp"
 #include "core/plan/grids.hpp"
 #include "store/open.hpp"
@@ -48,7 +48,7 @@ const fs::path kTrackerFiles = kSource / "examples/tracker-files";
 void take_points(const fs::path& points, const fs::path& layout) {
   const Layout known = read_layout(layout);
   static_cast<void>(campaign_of_points(read_points(points, known.points), known, paper_mechanism(),
-                                       session::read_plan(kTrackerFiles / "plan.json")));
+                                       read_plan(kTrackerFiles / "plan.json")));
 }
 
 std::string plan_text() {
@@ -56,7 +56,7 @@ std::string plan_text() {
                                 .groups = {{"grid", paper_80(25, 2)}},
                                 .approaches = {Approach{0, 0, 0}, Approach{1, 0, -1}},
                                 .repeats = 2});
-  return session::plan_json(plan).dump(1);
+  return plan_json(plan).dump(1);
 }
 
 /// A laboratory with an import, two jobs, a model and an exclusion, in one file without a log.
@@ -142,10 +142,10 @@ std::vector<Importer> importers(const fs::path& folder) {
                    static_cast<void>(read_commands_csv(file, paper_mechanism()));
                  }});
   all.push_back({"plan", "plan.json", {plan_text()}, {}, [](const fs::path& file) {
-                   static_cast<void>(session::read_plan(file));
+                   static_cast<void>(read_plan(file));
                  }});
   all.push_back({"robot", "robot.json", {robot}, {}, [](const fs::path& file) {
-                   static_cast<void>(device::read_robot(file));
+                   static_cast<void>(read_robot(file));
                  }});
   all.push_back({"protocol", "protocol.json", {protocol}, {}, [](const fs::path& file) {
                    static_cast<void>(protocol::read_protocol(file));

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "store/session.hpp"

@@ -17,7 +17,7 @@
 #include <thread>
 
 #include "core/error.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 
 namespace trammel::test {
 

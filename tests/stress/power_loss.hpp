@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/stress/disk.hpp"
 
 namespace trammel::test {

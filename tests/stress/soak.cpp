@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/calibrate/lsq.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/app/session/socket_campaign.hpp"
 
 namespace trammel::test {

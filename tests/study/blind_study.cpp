@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "core/diagnose/diagnose.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/study/judge.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/cpu_level.hpp"
+#include "core/linear/cpu_level.hpp"
 
 namespace trammel::tests {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/measure/nests.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
 namespace trammel::tests {

@@ -2,7 +2,7 @@
 // Seeded poses and geometries for sweeps.
 
 #include "core/mechanism/geometry.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
 namespace trammel::tests {

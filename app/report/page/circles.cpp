@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <map>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "app/report/page/source.hpp"
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 
 namespace trammel::report {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 
 namespace trammel::report {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "app/report/page/source.hpp"
-#include "core/assess/deviation.hpp"
-#include "core/assess/hull.hpp"
-#include "core/assess/thin_plate.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/plane/hull.hpp"
+#include "core/plane/thin_plate.hpp"
 #include "core/units.hpp"
 
 namespace trammel::report {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/report/page/source.hpp"
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/mechanism/workspace.hpp"
 #include "core/units.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/report/page/source.hpp"
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/units.hpp"
 
 namespace trammel::report {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/units.hpp"
 
 namespace trammel::report {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/assess/iso9283.hpp"
+#include "core/judge/iso9283.hpp"
 #include "store/campaign.hpp"
 #include "store/digest.hpp"
 #include "store/open.hpp"

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "app/cli/cli.hpp"
-#include "app/cli/columns.hpp"
+#include "app/terminal/columns.hpp"
 #include "app/cli/commands.hpp"
 #include "app/session/lock.hpp"
 #include "store/campaign.hpp"
@@ -239,7 +239,7 @@ Words printed_words(std::string text) {
 }
 
 std::size_t columns_without_bold(const std::string& line) {
-  const std::size_t n = cli::columns_of(line);
+  const std::size_t n = terminal::columns_of(line);
   return line.ends_with('\r') ? n - 1 : n;
 }
 
@@ -272,7 +272,7 @@ TEST_CASE("every command explains itself with its exit codes and every value, in
     CHECK_THAT(help.out, Contains("Exit codes:") && Contains("130  interrupted"));
     std::istringstream in(help.out);
     for (std::string line; std::getline(in, line);) {
-      CHECK(cli::columns_of(line) <= 100);
+      CHECK(terminal::columns_of(line) <= 100);
       if (line.starts_with("  --")) CHECK(line.substr(0, 30).find(" TEXT") == std::string::npos);
     }
   }

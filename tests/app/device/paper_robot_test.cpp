@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/device/open.hpp"
-#include "app/device/robot_json.hpp"
+#include "app/files/robot_json.hpp"
 #include "app/device/simulated.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"

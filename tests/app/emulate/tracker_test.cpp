@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "app/exchange/numbers.hpp"
+#include "app/files/numbers.hpp"
 #include "core/error.hpp"
 #include "core/measure/base_frame.hpp"
 #include "core/mechanism/inverse.hpp"

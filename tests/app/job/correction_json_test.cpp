@@ -1,6 +1,6 @@
 #include "app/job/correction_json.hpp"
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "app/job/run.hpp"
 #include "app/job/stages.hpp"
-#include "core/assess/deviation.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/calibrate/correction.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/support/catch.hpp"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <sstream>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "store/session.hpp"

@@ -2,7 +2,7 @@
 
 #include "app/report/picture.hpp"
 
-#include "app/cli/columns.hpp"
+#include "app/terminal/columns.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary.hpp"
@@ -71,7 +71,7 @@ TEST_CASE("points nearer than a column of the map share a cell, which shows thei
   }
   const std::string map = error_map(table, Glyphs::ascii);
   CAPTURE(map);
-  for (const std::string& line : lines_of(map)) CHECK(cli::columns_of(line) <= 100);
+  for (const std::string& line : lines_of(map)) CHECK(terminal::columns_of(line) <= 100);
   CHECK_THAT(map, Contains("a cell is 25 mm"));
   CHECK(count(lines_of(map)[1], "@") == 8);
   CHECK_THAT(lines_of(map)[1],

@@ -4,7 +4,7 @@
 #include <future>
 #include <thread>
 
-#include "app/session/plan_json.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/session/status.hpp"
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/support/catch.hpp"

@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "app/session/plan_json.hpp"
-#include "core/random.hpp"
+#include "app/files/plan_json.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/app/session/socket_campaign.hpp"
 #include "tests/support/catch.hpp"
@@ -138,7 +138,7 @@ TEST_CASE(
   SocketCampaign lab(plan);
   const std::string file = (lab.folder.path() / "killed.db").string();
   const std::string plan_file =
-      lab.folder.write("plan.json", session::plan_json(plan).dump()).string();
+      lab.folder.write("plan.json", plan_json(plan).dump()).string();
   const std::vector<std::string> run = {"session",
                                         "run",
                                         "c",

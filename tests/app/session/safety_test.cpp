@@ -9,7 +9,7 @@
 #include "core/mechanism/clearance.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/workspace.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 #include "tests/app/session/faulty_devices.hpp"
 #include "tests/app/session/session_fixture.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "app/session/lock.hpp"
-#include "app/session/plan_json.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/session/settings.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "app/exchange/files.hpp"
+#include "app/files/files.hpp"
 #include "store/verify.hpp"
 #include "tests/app/session/faulty_devices.hpp"
 #include "tests/app/session/session_fixture.hpp"

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "core/calibrate/lsq.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "store/verify.hpp"
 #include "tests/app/session/faulty_devices.hpp"
 #include "tests/app/session/session_fixture.hpp"

@@ -6,7 +6,7 @@
 #include "core/measure/reading.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 #include "tests/support/csv.hpp"
 #include "tests/support/workspace.hpp"

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "core/assess/deviation.hpp"
-#include "core/assess/summary.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/statistics/summary.hpp"
 #include "core/error.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"

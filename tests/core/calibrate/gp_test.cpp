@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;

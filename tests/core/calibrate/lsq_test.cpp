@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/assess/deviation.hpp"
-#include "core/calibrate/least_squares.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/linear/least_squares.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"

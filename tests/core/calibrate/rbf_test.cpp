@@ -3,9 +3,9 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "core/calibrate/kmeans.hpp"
+#include "core/plane/kmeans.hpp"
 #include "core/error.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/cpu_levels.hpp"
 #include "tests/support/csv.hpp"

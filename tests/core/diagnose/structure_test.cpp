@@ -1,6 +1,6 @@
 #include "core/diagnose/structure.hpp"
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/core/diagnose/space.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/support/catch.hpp"

@@ -1,7 +1,7 @@
 #include "core/measure/noise.hpp"
 
 #include "core/error.hpp"
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 #include "tests/support/catch.hpp"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/random.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/support/catch.hpp"
 
 namespace trammel {

@@ -1,0 +1,125 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/report/assess/assessment.hpp"
+#include "app/terminal/text.hpp"
+#include "app/job/text.hpp"
+#include "core/units.hpp"
+
+namespace trammel::assess {
+
+namespace {
+
+/// Given symbols a line each, refused ones gathered by their reason.
+std::string symbols_text(const std::vector<IsoSymbol>& symbols) {
+  std::string text;
+  std::vector<std::pair<std::string, std::string>> refused;  // reason, names
+  for (const IsoSymbol& s : symbols) {
+    if (!s.value) {
+      const auto at = std::ranges::find_if(refused, [&](auto& r) { return r.first == s.reason; });
+      if (at == refused.end()) {
+        refused.emplace_back(s.reason, s.name);
+      } else {
+        at->second += ", " + s.name;
+      }
+      continue;
+    }
+    const double unit = s.is_angle ? deg_from_rad(1) : 1;
+    text +=
+        fmt::format("    {:<18}{:>9.4f} {:<4}", s.name, unit * *s.value, s.is_angle ? "deg" : "mm");
+    if (s.floor) text += fmt::format("  a perfect robot reads about {:.4f}", unit * *s.floor);
+    if (!s.reason.empty()) text += (s.floor ? "; " : "  ") + s.reason;
+    text += "\n";
+  }
+  for (const auto& [reason, names] : refused) {
+    text += fmt::format("    refused: {}: {}\n", names, reason);
+  }
+  return text;
+}
+
+std::string visits(int least, int most) {
+  return least == most ? fmt::format("n = {}", most) : fmt::format("n = {} to {}", least, most);
+}
+
+std::string session_text(const Session& s) {
+  std::string text = fmt::format(
+      "\nsession {}: {} readings, {}\n", terminal::printable(s.name), s.position_mm.n,
+      s.compensation_job ? fmt::format("compensated by job {}", *s.compensation_job) : "baseline");
+  text += fmt::format(
+      "  mean positional deviation {:.4f} mm, {} visits a pose (95 %: {:.4f}, max {:.4f}); "
+      "attitude "
+      "{:.4f} deg\n",
+      s.position_mm.mean, visits(s.poses.least_n, s.poses.most_n), s.position_mm.p95,
+      s.position_mm.max, deg_from_rad(s.attitude_rad.mean));
+  if (!s.verdict.empty()) text += "  " + s.verdict + "\n";
+  text += fmt::format("  ISO 9283, {} poses (with direction and set-up), largest of all:\n",
+                      s.poses.n_poses);
+  text += symbols_text(s.poses.symbols);
+  for (const Iso230& rail : s.rails) {
+    text += rail.rail == 0
+                ? "  ISO 230-2:\n"
+                : fmt::format("  ISO 230-2, rail {}: {} targets over {:.1f} mm, {} runs:\n",
+                              rail.rail, rail.n_targets, rail.travel_mm, rail.least_runs);
+    text += symbols_text(rail.symbols);
+  }
+  return text;
+}
+
+std::string judged_text(const Judged& j) {
+  std::vector<double> U, U_rad;
+  for (const Point& p : j.points) {
+    U.push_back(p.U_mm);
+    U_rad.push_back(p.U_rad);
+  }
+  const Summary u = summarise(U), phi = summarise(U_rad);
+  std::string text = fmt::format(
+      "  {} ({}), {}, after {}: mean {:.4f} -> {:.4f} mm, 95 % {:.4f} -> {:.4f}, max {:.4f} -> "
+      "{:.4f}, n = {}\n",
+      terminal::printable(j.session), j.set,
+      j.in_sample         ? "in-sample"
+      : j.cross_validated ? "held-out by cross-validation"
+                          : "held-out",
+      j.predicted ? "predicted" : "measured", j.before_mm.mean, j.after_mm.mean, j.before_mm.p95,
+      j.after_mm.p95, j.before_mm.max, j.after_mm.max, j.after_mm.n);
+  if (j.improvement_pct) text += fmt::format("    improvement {:.1f} %", *j.improvement_pct);
+  if (j.improvement_95_pct) {
+    text += fmt::format(", 95 % interval {:.1f} to {:.1f} % (paired bootstrap)",
+                        j.improvement_95_pct->low, j.improvement_95_pct->high);
+  } else {
+    text += ", too few points for an interval";
+  }
+  text += fmt::format(
+      "\n    U (k = 2) of a point {:.4f} to {:.4f} mm, mean {:.4f}; of phi {:.4f} to {:.4f} deg\n",
+      u.min, u.max, u.mean, deg_from_rad(phi.min), deg_from_rad(phi.max));
+  if (j.covered_pct) {
+    text += fmt::format(
+        "    {:.1f} % of the coordinates lie within U and the reading's noise (95 % expected)\n",
+        *j.covered_pct);
+  }
+  if (!j.verdict.empty()) text += "    " + j.verdict + "\n";
+  return text;
+}
+
+}  // namespace
+
+std::string to_text(const Assessment& a) {
+  std::string text =
+      fmt::format("campaign {}\nnoise of a reading, {}\n",
+                  job::campaign_title(terminal::printable(a.campaign), a.simulated), a.noise);
+  if (a.floor_mean_mm) {
+    text += fmt::format("noise floor: a perfect robot reads a mean deviation of {:.4f} mm\n",
+                        *a.floor_mean_mm);
+  }
+  for (const Session& s : a.sessions) text += session_text(s);
+  if (a.job) {
+    text += fmt::format("\njob {}: {}\n  U from {}\n", a.job->id, a.job->stage,
+                        a.job->uncertainty_from);
+    for (const Judged& j : a.job->sets) text += judged_text(j);
+    for (const std::string& w : a.job->warnings) text += "  warning: " + w + "\n";
+  }
+  return text +
+         "\nISO symbols: to be checked against the standards before anyone certifies by them.\n";
+}
+
+}  // namespace trammel::assess

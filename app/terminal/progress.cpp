@@ -1,0 +1,59 @@
+#include "app/terminal/progress.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "app/terminal/text.hpp"
+
+namespace trammel::terminal {
+
+namespace {
+
+constexpr int kBarWidth = 24;
+constexpr int kLines = 10;  // where stderr is no terminal
+
+}  // namespace
+
+std::string clock_text(double seconds) {
+  const long total = static_cast<long>(std::max(seconds, 0.0) + 0.5);
+  const long h = total / 3600, m = total / 60 % 60, s = total % 60;
+  return h > 0 ? fmt::format("{}:{:02}:{:02}", h, m, s) : fmt::format("{}:{:02}", m, s);
+}
+
+Progress::Progress(bool quiet, bool terminal, int already, int total)
+    : quiet_(quiet), terminal_(terminal), already_(already), done_(already), total_(total) {}
+
+std::string Progress::time_left() const {
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - began_;
+  return clock_text(passed.count() / (done_ - already_) * (total_ - done_));
+}
+
+void Progress::stored(double deviation_mm) {
+  reached(done_ + 1, fmt::format(", last deviation {:.4f} mm", deviation_mm));
+}
+
+void Progress::reached(int done, const std::string& note) {
+  const int before = done_;
+  done_ = done;
+  if (quiet_ || done == before) return;
+  const std::string line = fmt::format("{}/{}, {} left{}", done_, total_, time_left(), note);
+  if (terminal_) {
+    const auto full = static_cast<std::size_t>(kBarWidth * done_ / total_);
+    const std::string bar = std::string(full, '#') + std::string(kBarWidth - full, '.');
+    fmt::print(stderr, "\r[{}] {}\x1b[K", bar, line);
+  } else if (done_ == total_ || done_ * kLines / total_ != before * kLines / total_) {
+    fmt::print(stderr, "{}\n", line);
+  }
+}
+
+void Progress::say(const std::string& text) {
+  if (!quiet_) fmt::print(stderr, "{}{}\n", terminal_ ? "\r\x1b[K" : "", printable(text));
+}
+
+void Progress::end() {
+  if (!quiet_ && terminal_ && done_ > already_) fmt::print(stderr, "\n");
+}
+
+}  // namespace trammel::terminal

@@ -1,0 +1,247 @@
+#include "core/judge/iso230.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/mechanism/inverse.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kAloneMm = 1e-3;  // a rail displaced less stands at home
+constexpr double kMovesMm = 1e-6;  // a last move shorter than this has no direction
+
+struct Runs {
+  double mean = 0, s = 0;
+};
+
+Runs runs_of(const std::vector<double>& x) {
+  TRAMMEL_ASSERT(x.size() >= 2);
+  const auto n = static_cast<double>(x.size());
+  Runs runs;
+  for (const double v : x) runs.mean += v / n;
+  for (const double v : x) runs.s += (v - runs.mean) * (v - runs.mean);
+  runs.s = std::sqrt(runs.s / (n - 1));
+  return runs;
+}
+
+/// Largest less smallest of what was put in.
+class Range {
+ public:
+  void add(double v) {
+    low_ = std::min(low_, v);
+    high_ = std::max(high_, v);
+  }
+  [[nodiscard]] double width() const { return high_ - low_; }
+
+ private:
+  double low_ = INFINITY, high_ = -INFINITY;
+};
+
+/// The rail (from 0) that the target pose displaces alone; -1: several; 3: none, it is home.
+int rail_alone(const Displacements& from_home) {
+  int alone = kChains;
+  for (int i = 0; i < kChains; ++i) {
+    if (std::abs(from_home[i]) <= kAloneMm) continue;
+    if (alone != kChains) return -1;
+    alone = i;
+  }
+  return alone;
+}
+
+/// Standard deviation that the reading's noise gives the rail's deviation at home.
+double noise_of(const Mechanism& mechanism, int rail, const TrackerSigma& sigma) {
+  constexpr double h = 1e-4;  // mm, rad
+  const Eigen::Vector3d size(sigma.xy_mm, sigma.xy_mm, sigma.phi_rad);
+  double square = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d home = mechanism.home.vector(), step = h * Eigen::Vector3d::Unit(k);
+    const InverseResult ahead = inverse(mechanism.geometry, Pose::from(home + step));
+    const InverseResult behind = inverse(mechanism.geometry, Pose::from(home - step));
+    if (!ahead.ok() || !behind.ok()) throw InputError({.what = "the home pose is out of reach"});
+    square += std::pow((ahead.l_mm[rail] - behind.l_mm[rail]) / (2 * h) * size[k], 2);
+  }
+  return std::sqrt(square);
+}
+
+int least_runs(const std::vector<RailTarget>& targets, bool up) {
+  std::size_t least = SIZE_MAX;
+  for (const RailTarget& t : targets) least = std::min(least, (up ? t.up : t.down).size());
+  return static_cast<int>(least);
+}
+
+const std::vector<std::string> kNames = {"B",   "Bm", "R_u", "R_d", "R",   "E_u",
+                                         "E_d", "E",  "M",   "A_u", "A_d", "A"};
+
+void refuse(Iso230& out, const std::string& name, const std::string& reason) {
+  out.symbols.push_back(
+      {.name = name, .is_angle = false, .value = {}, .floor = {}, .reason = reason});
+}
+
+/// Why these targets can't carry any symbol; empty when they can.
+std::string too_few(const Iso230& out, int runs) {
+  const int needed =
+      std::max(kLeastTargets, static_cast<int>(std::ceil(kLeastTargets * out.travel_mm / 1000)));
+  std::string why;
+  if (out.n_targets < needed) {
+    why = "needs " + std::to_string(needed) + " targets or more, " + std::to_string(out.n_targets) +
+          " here";
+  }
+  if (runs < kLeastRuns) {
+    why += (why.empty() ? "needs " : "; ") + std::to_string(kLeastRuns) +
+           " runs or more at every target, " + std::to_string(runs) + " here";
+  }
+  return why;
+}
+
+Iso230 judged(const RailTargets& rail, const std::optional<double>& noise_mm) {
+  Iso230 out;
+  out.rail = rail.rail;
+  out.n_targets = static_cast<int>(rail.targets.size());
+  out.travel_mm = rail.targets.back().position_mm - rail.targets.front().position_mm;
+  const int runs_up = least_runs(rail.targets, true), runs_down = least_runs(rail.targets, false);
+  const bool any_up = std::ranges::any_of(rail.targets, [](auto& t) { return !t.up.empty(); });
+  const bool any_down = std::ranges::any_of(rail.targets, [](auto& t) { return !t.down.empty(); });
+  out.least_runs = any_up && any_down ? std::min(runs_up, runs_down) : any_up ? runs_up : runs_down;
+  const std::string why_up = any_up ? too_few(out, runs_up) : "no target was approached upwards";
+  const std::string why_down =
+      any_down ? too_few(out, runs_down) : "no target was approached downwards";
+  const std::string reserve = rail.n_epochs > 1 ? "over " + std::to_string(rail.n_epochs) +
+                                                      " homings: their scatter is in it"
+                                                : "";
+  std::map<std::string, double> value;
+  if (why_up.empty()) {
+    const OneWay u = iso230_one_way(rail.targets, true);
+    value.insert({{"R_u", u.R_mm}, {"E_u", u.E_mm}, {"A_u", u.A_mm}});
+  }
+  if (why_down.empty()) {
+    const OneWay d = iso230_one_way(rail.targets, false);
+    value.insert({{"R_d", d.R_mm}, {"E_d", d.E_mm}, {"A_d", d.A_mm}});
+  }
+  if (why_up.empty() && why_down.empty()) {
+    const BothWays b = iso230_both_ways(rail.targets);
+    value.insert({{"B", b.B_mm},
+                  {"Bm", b.Bm_mm},
+                  {"R", b.R_mm},
+                  {"E", b.E_mm},
+                  {"M", b.M_mm},
+                  {"A", b.A_mm}});
+  }
+  for (const std::string& name : kNames) {
+    const auto at = value.find(name);
+    if (at == value.end()) {
+      const bool down = name.ends_with("_d"), up = name.ends_with("_u");
+      refuse(out, name, down || (!up && why_up.empty()) ? why_down : why_up);
+      continue;
+    }
+    IsoSymbol symbol{name, false, at->second, {}, reserve};
+    if (noise_mm && name.starts_with("R")) symbol.floor = 4 * *noise_mm;
+    out.symbols.push_back(std::move(symbol));
+  }
+  return out;
+}
+
+}  // namespace
+
+OneWay iso230_one_way(std::span<const RailTarget> targets, bool up) {
+  OneWay out;
+  Range means, bands;
+  for (const RailTarget& t : targets) {
+    const Runs r = runs_of(up ? t.up : t.down);
+    out.R_mm = std::max(out.R_mm, 4 * r.s);
+    means.add(r.mean);
+    bands.add(r.mean + 2 * r.s);
+    bands.add(r.mean - 2 * r.s);
+  }
+  out.E_mm = means.width();
+  out.A_mm = bands.width();
+  return out;
+}
+
+BothWays iso230_both_ways(std::span<const RailTarget> targets) {
+  BothWays out;
+  Range means, middles, bands;
+  double sum = 0;
+  for (const RailTarget& t : targets) {
+    const Runs u = runs_of(t.up), d = runs_of(t.down);
+    const double B = u.mean - d.mean;
+    sum += B;
+    out.B_mm = std::max(out.B_mm, std::abs(B));
+    out.R_mm = std::max({out.R_mm, 2 * u.s + 2 * d.s + std::abs(B), 4 * u.s, 4 * d.s});
+    middles.add((u.mean + d.mean) / 2);
+    for (const Runs& r : {u, d}) {
+      means.add(r.mean);
+      bands.add(r.mean + 2 * r.s);
+      bands.add(r.mean - 2 * r.s);
+    }
+  }
+  out.Bm_mm = sum / static_cast<double>(targets.size());
+  out.E_mm = means.width();
+  out.M_mm = middles.width();
+  out.A_mm = bands.width();
+  return out;
+}
+
+std::vector<RailTargets> rail_targets(const Mechanism& mechanism,
+                                      std::span<const Reading> readings) {
+  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
+  std::array<std::map<long long, RailTarget>, kChains> found;
+  std::array<std::map<int, int>, kChains> epochs;
+  int last = -1;
+  for (const Reading& r : readings) {
+    if (!r.measured) continue;
+    const InverseResult wanted = inverse(mechanism.geometry, r.target);
+    if (!wanted.ok()) {
+      last = -1;
+      continue;
+    }
+    const int alone = rail_alone(wanted.l_mm - home.l_mm);
+    const int rail = alone == kChains ? last : alone;
+    last = rail;
+    if (rail < 0) continue;
+    const double move_mm = r.conditions.cmd_mm[rail] - r.conditions.from_mm[rail];
+    if (std::abs(move_mm) <= kMovesMm) continue;
+    const InverseResult attained = inverse(mechanism.geometry, *r.measured);
+    if (!attained.ok()) {
+      throw InputError({.what = "a measured pose is out of nominal reach",
+                        .where = {.point = "seq " + std::to_string(r.seq)}});
+    }
+    const auto i = static_cast<std::size_t>(rail);
+    RailTarget& target = found[i][std::llround(wanted.l_mm[rail] / kAloneMm)];
+    target.position_mm = wanted.l_mm[rail];
+    (move_mm > 0 ? target.up : target.down).push_back(attained.l_mm[rail] - wanted.l_mm[rail]);
+    ++epochs[i][r.conditions.epoch];
+  }
+  std::vector<RailTargets> rails;
+  for (std::size_t i = 0; i < kChains; ++i) {
+    if (found[i].size() < 2) continue;
+    RailTargets rail{static_cast<int>(i) + 1, static_cast<int>(epochs[i].size()), {}};
+    for (auto& [cell, target] : found[i]) rail.targets.push_back(std::move(target));
+    rails.push_back(std::move(rail));
+  }
+  return rails;
+}
+
+std::vector<Iso230> iso230(const Mechanism& mechanism, std::span<const Reading> readings,
+                           const std::optional<TrackerSigma>& sigma) {
+  std::vector<Iso230> all;
+  for (const RailTargets& rail : rail_targets(mechanism, readings)) {
+    std::optional<double> noise_mm;
+    if (sigma) noise_mm = noise_of(mechanism, rail.rail - 1, *sigma);
+    all.push_back(judged(rail, noise_mm));
+  }
+  if (all.empty()) {
+    Iso230 none;
+    for (const std::string& name : kNames) {
+      refuse(none, name, "no rail was measured alone: plan it with `trammel plan create rail`");
+    }
+    all.push_back(std::move(none));
+  }
+  return all;
+}
+
+}  // namespace trammel

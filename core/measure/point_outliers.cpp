@@ -1,0 +1,36 @@
+#include "core/measure/point_outliers.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+
+namespace trammel {
+
+double median(std::vector<double> values) {
+  TRAMMEL_ASSERT(!values.empty());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*std::max_element(values.begin(), middle) + *middle) / 2;
+}
+
+Screened screen(std::span<const Eigen::Vector3d> points_mm, const OutlierRule& rule) {
+  Screened screened;
+  if (points_mm.empty()) return screened;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    std::vector<double> values;
+    for (const auto& p : points_mm) values.push_back(p[c]);
+    screened.median_mm[c] = median(std::move(values));
+  }
+  std::vector<double> r_mm;
+  for (const auto& p : points_mm) r_mm.push_back((p - screened.median_mm).norm());
+  screened.mad_mm = median(r_mm);
+  if (static_cast<int>(points_mm.size()) < rule.least_n) return screened;
+  screened.limit_mm = std::max(rule.times * screened.mad_mm, rule.least_mm);
+  for (std::size_t k = 0; k < r_mm.size(); ++k) {
+    if (r_mm[k] > *screened.limit_mm) screened.outliers.push_back(k);
+  }
+  return screened;
+}
+
+}  // namespace trammel
