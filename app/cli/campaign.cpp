@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "app/terminal/table.hpp"
 #include "app/files/mechanism_json.hpp"
+#include "app/terminal/table.hpp"
 #include "store/campaign.hpp"
 #include "store/job.hpp"
 #include "store/model.hpp"

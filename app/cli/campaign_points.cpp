@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "app/cli/points_import.hpp"
-#include "app/terminal/table.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/points_look.hpp"
+#include "app/terminal/table.hpp"
 #include "core/judge/iso9283.hpp"
 
 namespace trammel::cli {

@@ -4,12 +4,12 @@
 
 #include "app/files/campaign_file.hpp"
 #include "app/files/files.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/job/diagnosis_text.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
-#include "app/files/plan_json.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -59,8 +59,7 @@ void write_plan(const DiagnoseOptions& options, const Json& details, Context& co
     context.say("no plan was written: there are no points to suggest");
     return;
   }
-  write_file_atomically(options.plan,
-                        plan_json(job::next_points_plan(details)).dump(2) + "\n");
+  write_file_atomically(options.plan, plan_json(job::next_points_plan(details)).dump(2) + "\n");
   context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
 }
 

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "app/cli/serving.hpp"
-#include "app/files/robot_json.hpp"
 #include "app/emulate/galil.hpp"
 #include "app/emulate/stage_link.hpp"
 #include "app/emulate/tracker.hpp"
+#include "app/files/robot_json.hpp"
 
 namespace trammel::cli {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "app/terminal/columns.hpp"
 #include "app/cli/command_tree.hpp"
+#include "app/terminal/columns.hpp"
 
 namespace trammel::cli {
 

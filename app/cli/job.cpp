@@ -5,10 +5,10 @@
 #include <algorithm>
 
 #include "app/cli/rerun_all.hpp"
-#include "app/terminal/table.hpp"
 #include "app/job/diff.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
+#include "app/terminal/table.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {

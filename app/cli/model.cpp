@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "app/terminal/table.hpp"
 #include "app/job/model_json.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/job/text.hpp"
+#include "app/terminal/table.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {

@@ -4,12 +4,12 @@
 
 #include "app/cli/approach.hpp"
 #include "app/cli/model.hpp"
-#include "app/terminal/table.hpp"
 #include "app/files/commands_csv.hpp"
 #include "app/files/files.hpp"
 #include "app/files/numbers.hpp"
 #include "app/job/compensation_table.hpp"
 #include "app/job/model_json.hpp"
+#include "app/terminal/table.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
 #include "store/open.hpp"

@@ -6,8 +6,8 @@
 #include "app/files/json_file.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/numbers.hpp"
-#include "app/files/points_campaign.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/files/points_campaign.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {

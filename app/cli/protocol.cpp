@@ -8,11 +8,11 @@
 #include "app/cli/example_files.hpp"
 #include "app/cli/report.hpp"
 #include "app/files/files.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/job/run.hpp"
 #include "app/protocol/run.hpp"
 #include "app/report/gather.hpp"
 #include "app/report/print.hpp"
-#include "app/files/plan_json.hpp"
 #include "app/session/stop_signal.hpp"
 #include "store/open.hpp"
 

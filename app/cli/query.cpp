@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "app/terminal/table.hpp"
 #include "app/files/csv.hpp"
 #include "app/files/numbers.hpp"
+#include "app/terminal/table.hpp"
 #include "store/open.hpp"
 #include "store/query.hpp"
 

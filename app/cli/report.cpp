@@ -5,11 +5,11 @@
 
 #include <sstream>
 
-#include "app/terminal/columns.hpp"
 #include "app/files/files.hpp"
 #include "app/report/gather.hpp"
 #include "app/report/page/page.hpp"
 #include "app/report/print.hpp"
+#include "app/terminal/columns.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {

@@ -4,8 +4,8 @@
 #include <unistd.h>
 
 #include "app/job/rerun_all.hpp"
-#include "app/terminal/progress.hpp"
 #include "app/session/stop_signal.hpp"
+#include "app/terminal/progress.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {

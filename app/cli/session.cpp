@@ -4,14 +4,14 @@
 #include <unistd.h>
 
 #include "app/cli/margins.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/session/lock.hpp"
-#include "app/files/plan_json.hpp"
-#include "app/terminal/progress.hpp"
 #include "app/session/session.hpp"
 #include "app/session/stop_signal.hpp"
 #include "app/session/wishes.hpp"
+#include "app/terminal/progress.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 

@@ -8,12 +8,12 @@
 #include <cstdio>
 #include <thread>
 
-#include "app/terminal/table.hpp"
 #include "app/session/lock.hpp"
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"
 #include "app/session/status.hpp"
 #include "app/session/wishes.hpp"
+#include "app/terminal/table.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 

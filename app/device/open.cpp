@@ -4,12 +4,12 @@
 
 #include "app/device/clock.hpp"
 #include "app/device/galil.hpp"
-#include "app/files/robot_json.hpp"
 #include "app/device/simulated.hpp"
 #include "app/device/stage_json.hpp"
 #include "app/device/tracker_json.hpp"
 #include "app/files/files.hpp"
 #include "app/files/json_file.hpp"
+#include "app/files/robot_json.hpp"
 #include "core/error.hpp"
 #include "core/statistics/random.hpp"
 

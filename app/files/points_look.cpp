@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
-#include "core/judge/iso9283.hpp"
 #include "core/error.hpp"
+#include "core/judge/iso9283.hpp"
 
 namespace trammel {
 

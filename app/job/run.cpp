@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 
 #include "app/job/points.hpp"
-#include "core/statistics/bootstrap.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/plane/hull.hpp"
+#include "core/statistics/bootstrap.hpp"
 #include "core/statistics/summary.hpp"
 #include "core/units.hpp"
 #include "store/session.hpp"

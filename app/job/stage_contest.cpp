@@ -8,13 +8,13 @@
 
 #include "app/job/held_out.hpp"
 #include "app/job/stages.hpp"
+#include "core/diagnose/diagnose.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/judge/verdict.hpp"
+#include "core/measure/noise.hpp"
 #include "core/plane/blocks.hpp"
 #include "core/statistics/bootstrap.hpp"
-#include "core/judge/deviation.hpp"
 #include "core/statistics/summary.hpp"
-#include "core/judge/verdict.hpp"
-#include "core/diagnose/diagnose.hpp"
-#include "core/measure/noise.hpp"
 
 namespace trammel::job {
 

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "app/files/fields.hpp"
-#include "app/job/stages.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/job/stages.hpp"
 
 namespace trammel::protocol {
 

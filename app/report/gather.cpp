@@ -10,9 +10,9 @@
 #include "app/report/methods.hpp"
 #include "app/report/remarks.hpp"
 #include "app/report/simulation.hpp"
-#include "core/plane/circle.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/measure/noise.hpp"
+#include "core/plane/circle.hpp"
 #include "core/units.hpp"
 
 namespace trammel::report {

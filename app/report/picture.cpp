@@ -8,8 +8,8 @@
 #include <map>
 
 #include "app/files/numbers.hpp"
-#include "app/terminal/lines.hpp"
 #include "app/report/print.hpp"
+#include "app/terminal/lines.hpp"
 
 namespace trammel::report {
 
@@ -196,8 +196,8 @@ std::string pictures(const Report& report, Glyphs glyphs) {
   const ErrorTable* table = best_table(report);
   if (table == nullptr) return "";
   const std::string map = error_map(*table, glyphs);
-  return terminal::heading(fmt::format("Where the error is [{}]: {}, {}", table->unit, table->method,
-                             judged_words(*table))) +
+  return terminal::heading(fmt::format("Where the error is [{}]: {}, {}", table->unit,
+                                       table->method, judged_words(*table))) +
          map + (map.empty() ? "" : "\n") + method_bars(report, *table, glyphs);
 }
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/terminal/text.hpp"
 #include "app/files/numbers.hpp"
-#include "app/terminal/lines.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/print.hpp"
 #include "app/report/simulation.hpp"
+#include "app/terminal/lines.hpp"
+#include "app/terminal/text.hpp"
 
 namespace trammel::report {
 
@@ -78,14 +78,16 @@ std::string notes(const Report& report) {
   std::string text =
       "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has "
       "seen.\n" +
-      terminal::wrapped("noise floor: what a perfect robot reads on average; " + report.noise + ".");
+      terminal::wrapped("noise floor: what a perfect robot reads on average; " + report.noise +
+                        ".");
   if (predicted) {
     text +=
         "*: \"after\" is predicted from the readings before, not measured again: the robot keeps "
         "its\n"
         "   error, only the command changes.\n";
   }
-  for (const std::string& remark : report.remarks) text += "\n" + terminal::wrapped("Note: " + remark);
+  for (const std::string& remark : report.remarks)
+    text += "\n" + terminal::wrapped("Note: " + remark);
   return text;
 }
 
@@ -129,9 +131,9 @@ std::string deviation_columns(const CircleDeviation& d) {
 }
 
 std::string circles_text(const CircleTable& circles) {
-  std::string text =
-      terminal::heading(fmt::format("Circles [mm], held-out, after: {}{}", method_words(circles.method),
-                          circles.after_predicted ? ", predicted" : ", measured again"));
+  std::string text = terminal::heading(
+      fmt::format("Circles [mm], held-out, after: {}{}", method_words(circles.method),
+                  circles.after_predicted ? ", predicted" : ", measured again"));
   text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "", "", "before", "after");
   const std::string names = fmt::format("{:>8} {:>8} {:>8}", "centre x", "centre y", "radius");
   text += fmt::format("{:<27} {:>3}  {}    {}\n", "deviation of", "n", names, names);
@@ -271,8 +273,8 @@ std::string to_text(const Report& report, const Page& page) {
                      fmt::format(": {}{}, {} readings", report.simulated ? "SIMULATED" : "real",
                                  report.imported ? ", imported" : "", report.n_readings);
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
-  text +=
-      "\n" + report.mechanism + "\n\n" + terminal::wrapped(verdict(report)) + pictures(report, page.glyphs);
+  text += "\n" + report.mechanism + "\n\n" + terminal::wrapped(verdict(report)) +
+          pictures(report, page.glyphs);
   text += figure_tables(report, "position", page.narrow) +
           figure_tables(report, "attitude", page.narrow);
   if (!report.tables.empty()) text += notes(report) + demand_text(report);

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/terminal/text.hpp"
-#include "app/terminal/lines.hpp"
 #include "app/report/story.hpp"
+#include "app/terminal/lines.hpp"
+#include "app/terminal/text.hpp"
 
 namespace trammel::report {
 
@@ -109,7 +109,8 @@ std::string story_text(const std::vector<StoryRound>& story) {
   for (std::size_t k = 0; k < story.size(); ++k) text += round_text(story[k], k + 1);
   if (!last.effects.empty()) text += "values of the last round (one standard deviation):\n";
   for (const EffectRow& effect : last.effects) {
-    text += terminal::wrapped(fmt::format("  {}: {}", effect.name, values_text(effect)), "    ", true);
+    text +=
+        terminal::wrapped(fmt::format("  {}: {}", effect.name, values_text(effect)), "    ", true);
   }
   return text;
 }

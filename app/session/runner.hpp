@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "app/session/hands.hpp"
-#include "app/terminal/progress.hpp"
 #include "app/session/session.hpp"
 #include "app/session/settings.hpp"
 #include "app/session/wishes.hpp"
+#include "app/terminal/progress.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "app/terminal/text.hpp"
-#include "app/terminal/progress.hpp"
 #include "app/session/status.hpp"
+#include "app/terminal/progress.hpp"
+#include "app/terminal/text.hpp"
 
 namespace trammel::session {
 
@@ -62,8 +62,8 @@ std::string base_nests(const SessionStatus& s) {
 std::string status_text(const SessionStatus& s, int width) {
   std::string text;
   if (s.simulated) text += rule(width, "SIMULATED");
-  text +=
-      fmt::format("{} / {}: {}", terminal::printable(s.campaign), terminal::printable(s.session), s.state);
+  text += fmt::format("{} / {}: {}", terminal::printable(s.campaign),
+                      terminal::printable(s.session), s.state);
   if (s.process) text += fmt::format(" (process {})", *s.process);
   text += "\n";
   if (!s.detail.empty()) text += "  " + terminal::printable(s.detail) + "\n";

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "app/terminal/text.hpp"
 #include "app/files/numbers.hpp"
+#include "app/terminal/text.hpp"
 
 namespace trammel::terminal {
 

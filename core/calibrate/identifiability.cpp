@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <limits>
 
+#include "core/error.hpp"
 #include "core/linear/least_squares.hpp"
 #include "core/linear/singular_values.hpp"
-#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace trammel {

@@ -1,23 +1,12 @@
 #include "core/calibrate/joint_error.hpp"
 
 #include <cmath>
-#include <map>
 #include <string>
-#include <utility>
 
 #include "core/error.hpp"
+#include "core/plane/place.hpp"
 
 namespace trammel {
-
-namespace {
-
-constexpr double kSamePlaceMm = 1e-9;
-
-std::pair<long long, long long> place(const JointSample& s) {
-  return {std::llround(s.x_mm / kSamePlaceMm), std::llround(s.y_mm / kSamePlaceMm)};
-}
-
-}  // namespace
 
 Eigen::Vector3d joint_error_mm(const RailFrames& nominal, const Reading& reading) {
   const auto point = [&] { return "seq " + std::to_string(reading.seq); };
@@ -46,17 +35,18 @@ std::vector<JointSample> joint_samples(const Mechanism& mechanism,
 }
 
 std::vector<JointSample> merge_places(std::span<const JointSample> samples) {
+  std::vector<Place> places;
+  for (const JointSample& s : samples) places.push_back({s.x_mm, s.y_mm});
+  const std::vector<std::size_t> groups = group_places(places);
   std::vector<JointSample> merged;
   std::vector<double> counts;
-  std::map<std::pair<long long, long long>, std::size_t> known;
-  for (const JointSample& s : samples) {
-    const auto [at, is_new] = known.try_emplace(place(s), merged.size());
-    if (is_new) {
-      merged.push_back(s);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (groups[k] == merged.size()) {
+      merged.push_back(samples[k]);
       counts.push_back(1);
     } else {
-      merged[at->second].error_mm += s.error_mm;
-      counts[at->second] += 1;
+      merged[groups[k]].error_mm += samples[k].error_mm;
+      counts[groups[k]] += 1;
     }
   }
   for (std::size_t k = 0; k < merged.size(); ++k) {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/linear/least_squares.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
+#include "core/linear/least_squares.hpp"
 
 namespace trammel {
 

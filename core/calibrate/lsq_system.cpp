@@ -4,8 +4,9 @@
 #include <cmath>
 #include <set>
 
-#include "core/judge/deviation.hpp"
+#include "core/calibrate/parameters.hpp"
 #include "core/error.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/mechanism/error_model.hpp"
 #include "core/mechanism/error_rows.hpp"
 #include "core/mechanism/forward.hpp"
@@ -16,8 +17,6 @@ namespace trammel {
 namespace {
 
 constexpr int kEpochColumns = 6;
-constexpr double kZeroToleranceMm = 0.1, kFrameToleranceMm = 0.1;
-constexpr double kFrameToleranceRad = rad_from_deg(0.05);
 
 int geometry_columns(const LsqOptions& options) {
   return options.complete ? kGeometryParameters : kPaperParameters;

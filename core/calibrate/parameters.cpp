@@ -8,10 +8,6 @@ namespace trammel {
 
 namespace {
 
-constexpr double kZeroToleranceMm = 0.1;   // re-homing on a switch
-constexpr double kFrameToleranceMm = 0.1;  // setting the tracker's frame up again
-constexpr double kFrameToleranceRad = rad_from_deg(0.05);
-
 double frame_scale(int index) { return index == 2 ? kFrameToleranceRad : kFrameToleranceMm; }
 
 }  // namespace

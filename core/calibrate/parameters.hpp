@@ -7,8 +7,15 @@
 
 #include "core/calibrate/identifiability.hpp"
 #include "core/model/robot_model.hpp"
+#include "core/units.hpp"
 
 namespace trammel {
+
+/// How far an epoch's own parameters usually differ from nominal: homing on a switch again, setting
+/// the tracker's frame up again. Like the tolerances of the geometry they only scale columns.
+inline constexpr double kZeroToleranceMm = 0.1;
+inline constexpr double kFrameToleranceMm = 0.1;
+inline constexpr double kFrameToleranceRad = rad_from_deg(0.05);
 
 /// One free parameter. The vector holds p = scale * z: z counts tolerances, so that lengths and
 /// angles compare. Geometry in rad and mm; effects in the unit of their report.

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <string>
 
-#include "core/plane/kmeans.hpp"
 #include "core/error.hpp"
 #include "core/linear/lanes.hpp"
+#include "core/plane/kmeans.hpp"
 
 namespace trammel {
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/judge/deviation.hpp"
 #include "core/error.hpp"
+#include "core/judge/deviation.hpp"
 #include "core/mechanism/poses.hpp"
 
 namespace trammel {

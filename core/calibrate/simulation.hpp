@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "core/statistics/summary.hpp"
 #include "core/calibrate/correction.hpp"
+#include "core/statistics/summary.hpp"
 
 namespace trammel {
 

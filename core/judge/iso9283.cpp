@@ -5,9 +5,9 @@
 #include <map>
 #include <tuple>
 
+#include "core/error.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/statistics/summary.hpp"
-#include "core/error.hpp"
 
 namespace trammel {
 

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/statistics/limits.hpp"
 #include "core/plane/rigid.hpp"
+#include "core/statistics/limits.hpp"
 
 namespace trammel {
 

@@ -2,17 +2,14 @@
 
 #include <algorithm>
 
-#include "core/plane/kmeans.hpp"
 #include "core/error.hpp"
+#include "core/plane/kmeans.hpp"
 
 namespace trammel {
 
 std::vector<int> spatial_blocks(std::span<const Place> places, int n_blocks, std::uint64_t seed) {
   TRAMMEL_ASSERT(n_blocks >= 2 && !places.empty());
-  std::vector<JointSample> samples;
-  for (const Place p : places) samples.push_back({p.x_mm, p.y_mm, {0, 0, 0}});
-  std::vector<Place> distinct;
-  for (const JointSample& s : merge_places(samples)) distinct.push_back({s.x_mm, s.y_mm});
+  const std::vector<Place> distinct = distinct_places(places);
   const int k = std::min(n_blocks, static_cast<int>(distinct.size()));
   const std::vector<Place> centres = kmeans(distinct, k, seed).centres;
   std::vector<int> blocks;

@@ -10,7 +10,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMaxIterations = 50;
+constexpr int kMaxGaussNewtonSteps = 50;
 constexpr double kStepTolerance = 1e-12;  // of the radius
 constexpr double kFlatness = 1e-8;        // narrower than this share of its length is a line
 
@@ -57,7 +57,7 @@ FittedCircle fit_circle(std::span<const Pose> points) {
   require_circle(c);
   Eigen::Vector3d v = algebraic(c.p);
   Eigen::VectorXd d(c.p.rows());
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxGaussNewtonSteps; ++iteration) {
     Eigen::MatrixXd J(c.p.rows(), 3);
     for (Eigen::Index k = 0; k < c.p.rows(); ++k) {
       const Eigen::Vector2d from = c.p.row(k).transpose() - v.head<2>();

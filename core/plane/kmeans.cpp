@@ -10,7 +10,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMaxIterations = 300;
+constexpr int kMaxLloydSteps = 300;
 
 double d2(Place a, Place b) {
   const double dx = a.x_mm - b.x_mm, dy = a.y_mm - b.y_mm;
@@ -88,7 +88,7 @@ KMeans kmeans(std::span<const Place> points, int k, std::uint64_t seed) {
   Random random = Random::stream(seed, "kmeans");
   KMeans result{start(points, static_cast<std::size_t>(k), random), 0};
   std::vector<std::size_t> owner(points.size(), points.size());
-  while (result.iterations < kMaxIterations && assign(points, result.centres, owner)) {
+  while (result.iterations < kMaxLloydSteps && assign(points, result.centres, owner)) {
     move_centres(points, owner, result.centres);
     ++result.iterations;
   }

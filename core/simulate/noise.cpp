@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/statistics/random.hpp"
 #include "core/simulate/virtual_robot.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
 namespace trammel::simulate {

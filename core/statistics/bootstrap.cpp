@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/statistics/summary.hpp"
-#include "core/linear/cpu_level.hpp"
 #include "core/error.hpp"
+#include "core/linear/cpu_level.hpp"
 #include "core/linear/lanes.hpp"
 #include "core/statistics/random.hpp"
+#include "core/statistics/summary.hpp"
 
 namespace trammel {
 

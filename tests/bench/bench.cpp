@@ -5,8 +5,8 @@
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/calibrate/idw.hpp"
-#include "core/linear/least_squares.hpp"
 #include "core/calibrate/rbf.hpp"
+#include "core/linear/least_squares.hpp"
 #include "core/mechanism/displacements.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/plan/grids.hpp"

@@ -7,8 +7,8 @@
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/plan/grids.hpp"
-#include "core/statistics/random.hpp"
 #include "core/simulate/virtual_robot.hpp"
+#include "core/statistics/random.hpp"
 #include "core/units.hpp"
 #include "tests/support/workspace.hpp"
 

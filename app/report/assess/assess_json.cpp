@@ -1,5 +1,5 @@
-#include "app/report/assess/assessment.hpp"
 #include "app/job/text.hpp"
+#include "app/report/assess/assessment.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "app/job/text.hpp"
 #include "app/report/assess/assessment.hpp"
 #include "app/terminal/text.hpp"
-#include "app/job/text.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {

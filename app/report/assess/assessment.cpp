@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/report/assess/uncertainty.hpp"
 #include "app/job/held_out.hpp"
 #include "app/job/run.hpp"
+#include "app/report/assess/uncertainty.hpp"
 #include "app/report/measured.hpp"
-#include "core/plane/blocks.hpp"
 #include "core/judge/deviation.hpp"
-#include "core/plane/hull.hpp"
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
+#include "core/plane/blocks.hpp"
+#include "core/plane/hull.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/statistics/bootstrap.hpp"
 #include "core/judge/iso230.hpp"
 #include "core/judge/iso9283.hpp"
+#include "core/statistics/bootstrap.hpp"
 #include "core/statistics/summary.hpp"
 #include "store/campaign.hpp"
 

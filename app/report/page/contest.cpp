@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "app/report/page/source.hpp"
-#include "core/statistics/bootstrap.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/statistics/bootstrap.hpp"
 
 namespace trammel::report {
 

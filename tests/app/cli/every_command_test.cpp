@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "app/cli/cli.hpp"
-#include "app/terminal/columns.hpp"
 #include "app/cli/commands.hpp"
 #include "app/session/lock.hpp"
+#include "app/terminal/columns.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "tests/support/catch.hpp"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/device/open.hpp"
-#include "app/files/robot_json.hpp"
 #include "app/device/simulated.hpp"
+#include "app/files/robot_json.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/plan/named.hpp"

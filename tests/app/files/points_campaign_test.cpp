@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "app/files/mechanism_json.hpp"
-#include "app/files/points_rows.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/files/points_rows.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"

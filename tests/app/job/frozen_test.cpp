@@ -6,8 +6,8 @@
 
 #include "app/job/run.hpp"
 #include "app/job/stages.hpp"
-#include "core/judge/deviation.hpp"
 #include "core/calibrate/correction.hpp"
+#include "core/judge/deviation.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/support/catch.hpp"
 

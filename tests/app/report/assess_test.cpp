@@ -1,5 +1,5 @@
-#include "app/report/assess/assessment.hpp"
 #include "app/job/run.hpp"
+#include "app/report/assess/assessment.hpp"
 #include "core/plan/build.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/support/catch.hpp"

@@ -137,8 +137,7 @@ TEST_CASE(
 
   SocketCampaign lab(plan);
   const std::string file = (lab.folder.path() / "killed.db").string();
-  const std::string plan_file =
-      lab.folder.write("plan.json", plan_json(plan).dump()).string();
+  const std::string plan_file = lab.folder.write("plan.json", plan_json(plan).dump()).string();
   const std::vector<std::string> run = {"session",
                                         "run",
                                         "c",

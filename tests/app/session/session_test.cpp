@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "app/session/lock.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/session/lock.hpp"
 #include "app/session/settings.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"

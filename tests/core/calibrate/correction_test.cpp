@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include "core/error.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/statistics/summary.hpp"
-#include "core/error.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
 

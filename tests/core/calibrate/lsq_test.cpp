@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/judge/deviation.hpp"
-#include "core/linear/least_squares.hpp"
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/linear/least_squares.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"

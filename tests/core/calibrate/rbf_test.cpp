@@ -3,8 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "core/plane/kmeans.hpp"
 #include "core/error.hpp"
+#include "core/plane/kmeans.hpp"
 #include "core/statistics/random.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/cpu_levels.hpp"

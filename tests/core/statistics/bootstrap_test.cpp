@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include "core/statistics/summary.hpp"
 #include "core/error.hpp"
 #include "core/statistics/random.hpp"
+#include "core/statistics/summary.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;
