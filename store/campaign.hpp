@@ -47,7 +47,7 @@ struct ImportResult {
 /// the text it was made of; `settings_json` goes into the session: what the readings came from.
 /// Without `raw_reply` the same readings count as the same content whatever raw text is stored.
 /// @throws InputError  the name is taken by a campaign with other content; a number out of bounds
-///                     (import_test.cpp)
+///                     (campaign_test.cpp)
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
                              const std::map<int, std::string>& extra_json = {},
                              const std::string& settings_json = "{}",

@@ -27,7 +27,7 @@ struct JobKey {
 /// SHA-256 over stage, algorithm_version, canonical parameters, model (with mechanism and tracker),
 /// the exact bits of the ordered readings, the exclusions, and the parents' keys. The campaign's
 /// name, uuid and facts do not count: equal readings give equal results.
-/// @throws InputError  parameters or model are not JSON (job_key_test.cpp)
+/// @throws InputError  parameters or model are not JSON (job_test.cpp)
 JobKey job_key(const JobKeyInput& input);
 
 /// The same JSON value always gives the same text: keys sorted, no spaces, shortest exact numbers.

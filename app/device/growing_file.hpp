@@ -9,7 +9,7 @@
 namespace trammel::device {
 
 /// A last line without its newline is still being written and is no line yet.
-/// Proof: growing_file_test.cpp.
+/// Proof: file_tracker_test.cpp.
 class GrowingFile {
  public:
   explicit GrowingFile(std::filesystem::path file) : file_(std::move(file)) {}

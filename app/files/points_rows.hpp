@@ -36,7 +36,7 @@ struct AssignedRows {
 /// other row is somebody's: throws InputError that names the line of a row that fits nowhere, a
 /// pose that the plan lacks, a row out of turn (where the file names its points), or says how many
 /// rows there should be and why. A planned pose without rows is no error: it was not measured.
-/// Proof: points_rows_test.cpp.
+/// Proof: points_campaign_test.cpp.
 AssignedRows assign_rows(const PointsFile& file, const Layout& layout, const Plan& plan);
 
 /// A name as a layout writes it: "p{pose}-{nest}". {pose} and {repeat} are digits, {nest} anything.

@@ -115,11 +115,12 @@ CircleTable circle_table(const store::Job& job, const Paired& paired) {
   std::map<std::string, std::vector<const Pair*>> by_role;
   for (const Pair& pair : paired.pairs) by_role[pair.before->role].push_back(&pair);
   for (const auto& [role, pairs] : by_role) {
-    std::vector<Pose> targets, before, after;
+    std::vector<Place> targets, before, after;
+    const auto place = [](const Pose& pose) { return Place{pose.x_mm, pose.y_mm}; };
     for (const Pair* pair : pairs) {
-      targets.push_back(pair->before->reading.target);
-      before.push_back(*pair->before->reading.measured);
-      after.push_back(pair->after);
+      targets.push_back(place(pair->before->reading.target));
+      before.push_back(place(*pair->before->reading.measured));
+      after.push_back(place(pair->after));
     }
     const FittedCircle wanted = fit_circle(targets);
     table.rows.push_back({.name = role,

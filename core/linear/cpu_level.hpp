@@ -34,7 +34,7 @@ template <class Kernel>
 
 /// Runs `kernel`, a lambda [&]<int n>(), with n lanes (lanes.hpp) in the instructions of `level`,
 /// which this machine must have. A kernel of + - * / and square roots alone gives the same bits on
-/// every level (cpu_level_test.cpp).
+/// every level (lanes_test.cpp, idw_test.cpp).
 template <class Kernel>
 void at_level([[maybe_unused]] CpuLevel level, const Kernel& kernel) {
 #if defined(__x86_64__)

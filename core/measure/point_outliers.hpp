@@ -31,7 +31,7 @@ struct Screened {
 
 /// Applies the rule to points of one place, misses taken out before. Holds while fewer than half of
 /// the points are wrong. Proof: finds what was put in; of sets of 10 normal points fewer than one
-/// in 2,000 loses a point (screen_test.cpp).
+/// in 2,000 loses a point (point_outliers_test.cpp).
 Screened screen(std::span<const Eigen::Vector3d> points_mm, const OutlierRule& rule = {});
 
 /// Median: the middle value, the mean of the two middle ones of an even number. Not empty.

@@ -64,7 +64,7 @@ std::vector<Violation> check_path(const Mechanism& mechanism,
 
 /// One move, when it is sent: from where the rails stand to `to_mm`. `near` is a pose close to
 /// where the platform stands. seq is 0. Proof: check_test.cpp, and 1,000 unsafe plans in
-/// unsafe_plans_test.cpp.
+/// safety_test.cpp.
 std::vector<Violation> check_move(const Mechanism& mechanism, const Displacements& from_mm,
                                   const Pose& near, const Displacements& to_mm,
                                   const CheckOptions& options = {});

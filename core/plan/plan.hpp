@@ -42,7 +42,7 @@ struct PlannedMove {
 ///
 /// Rail i with direction d: pre = cmd - d * approach_mm; else pre = at. A rail that has nowhere to
 /// go (|cmd - pre| <= kStandstillMm) keeps the direction of its last move.
-/// Proof: plan_test.cpp.
+/// Proof: build_test.cpp.
 PlannedMove planned_move(const Plan& plan, const PlannedPoint& point, const Displacements& cmd_mm,
                          const Displacements& at_mm, const Displacements& at_from_mm);
 

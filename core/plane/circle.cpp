@@ -19,7 +19,7 @@ struct Centred {
   Eigen::RowVector2d mean;
 };
 
-Centred centred(std::span<const Pose> points) {
+Centred centred(std::span<const Place> points) {
   Centred c;
   c.p.resize(static_cast<Eigen::Index>(points.size()), 2);
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -52,7 +52,7 @@ Eigen::Vector3d algebraic(const Eigen::MatrixX2d& p) {
 
 }  // namespace
 
-FittedCircle fit_circle(std::span<const Pose> points) {
+FittedCircle fit_circle(std::span<const Place> points) {
   const Centred c = centred(points);
   require_circle(c);
   Eigen::Vector3d v = algebraic(c.p);

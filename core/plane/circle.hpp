@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "core/mechanism/pose.hpp"
+#include "core/plane/place.hpp"
 
 namespace trammel {
 
@@ -19,6 +19,6 @@ struct FittedCircle {
 /// Gauss-Newton on d_i = |p_i - c| - R until the step is below 1e-12 of the radius.
 /// Throws InputError for fewer than three points, or points in one place or on one line.
 /// Proof: exact circles to 1e-12, half arcs, the geometric optimum (circle_test.cpp).
-FittedCircle fit_circle(std::span<const Pose> points);
+FittedCircle fit_circle(std::span<const Place> points);
 
 }  // namespace trammel

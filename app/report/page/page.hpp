@@ -9,7 +9,7 @@
 namespace trammel::report {
 
 /// The page's data, "trammel/report-page/1" (schemas/report-page.schema.json): sections with
-/// figures and tables, in order. Proof: report_page_test.cpp.
+/// figures and tables, in order. Proof: page_test.cpp.
 Json page_json(store::Connection& connection, const store::CampaignRow& campaign);
 
 /// The page: style, script and data in one file that asks nobody for anything. A

@@ -12,18 +12,18 @@ using namespace trammel;
 
 namespace {
 
-std::vector<Pose> arc(double x, double y, double radius, double turn, int n) {
-  std::vector<Pose> points;
+std::vector<Place> arc(double x, double y, double radius, double turn, int n) {
+  std::vector<Place> points;
   for (int k = 0; k < n; ++k) {
     const double a = turn * k / n;
-    points.push_back({x + radius * std::cos(a), y + radius * std::sin(a), 0});
+    points.push_back({x + radius * std::cos(a), y + radius * std::sin(a)});
   }
   return points;
 }
 
-double radial_squares(const std::vector<Pose>& points, const FittedCircle& c) {
+double radial_squares(const std::vector<Place>& points, const FittedCircle& c) {
   double sum = 0;
-  for (const Pose& p : points) {
+  for (const Place& p : points) {
     const double d = std::hypot(p.x_mm - c.x_mm, p.y_mm - c.y_mm) - c.radius_mm;
     sum += d * d;
   }
@@ -44,8 +44,8 @@ TEST_CASE("an exact circle and a short arc of it give the circle back", "[assess
 
 TEST_CASE("no circle near the fitted one has less radial squares", "[assess]") {
   Random random(11);
-  std::vector<Pose> points = arc(0, 50, 50, 1.2, 30);
-  for (Pose& p : points) {
+  std::vector<Place> points = arc(0, 50, 50, 1.2, 30);
+  for (Place& p : points) {
     p.x_mm += 0.5 * random.normal();
     p.y_mm += 0.5 * random.normal();
   }
@@ -60,7 +60,7 @@ TEST_CASE("no circle near the fitted one has less radial squares", "[assess]") {
 
 TEST_CASE("two points, one place and a line are no circle", "[assess]") {
   CHECK_THROWS_AS(fit_circle(arc(0, 0, 1, 1, 2)), InputError);
-  CHECK_THROWS_AS(fit_circle(std::vector<Pose>(5, Pose{1, 2, 0})), InputError);
-  CHECK_THROWS_AS(fit_circle(std::vector<Pose>{{0, 0, 0}, {1, 1, 0}, {2, 2, 0}, {5, 5, 0}}),
+  CHECK_THROWS_AS(fit_circle(std::vector<Place>(5, Place{1, 2})), InputError);
+  CHECK_THROWS_AS(fit_circle(std::vector<Place>{{0, 0}, {1, 1}, {2, 2}, {5, 5}}),
                   InputError);
 }
