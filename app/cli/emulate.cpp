@@ -121,7 +121,7 @@ CLI::App& add_device(CLI::App& emulate, const char* name, const char* what, Emul
   CLI::App& c = *emulate.add_subcommand(name, what);
   c.add_option("--robot", o.robot, "the virtual robot, robot/1")->required()->type_name("FILE");
   c.add_option("--port", o.server.port, "0: any that is free")->capture_default_str();
-  c.add_option("--address", o.server.address, "this machine alone unless told otherwise")
+  c.add_option("--address", o.server.address, "by default this machine alone")
       ->capture_default_str();
   c.add_option("--speedup", o.speedup, "seconds there for each one here")
       ->capture_default_str()

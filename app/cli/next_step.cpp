@@ -117,7 +117,7 @@ std::string next_step_after_error(const CLI::App& app, const std::vector<std::st
     case ExitCode::not_found:
       return of_database ? "trammel campaign list" : "name what is there, then: " + again;
     case ExitCode::invalid_data:
-      return "mend it, then: " + again;
+      return "fix it, then: " + again;
     case ExitCode::safety_stop:
       return "look at the machine, then: " + again;
     case ExitCode::device:

@@ -78,7 +78,7 @@ Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
 void say_stopped(const protocol::Outcome& outcome, const std::string& again,
                  const Context& context) {
   if (!outcome.steps.back().violations.empty()) {
-    context.say("nothing has moved: mend the plans or the mechanism's limits first");
+    context.say("nothing has moved: fix the plans or the mechanism's limits first");
     return;
   }
   context.say(fmt::format("stopped in step {}: what was measured is stored",

@@ -151,7 +151,7 @@ std::string session_to_resume(store::Connection& db, const NamedOptions& options
   return last;
 }
 
-/// A runner that is paused is asked to go on; it sets up anew itself.
+/// A runner that is paused is to resume; it sets up anew itself.
 std::optional<session::Outcome> goes_on(store::Connection& db, const std::string& campaign,
                                         const std::string& name) {
   const store::CampaignRow owner = store::require_campaign(db, campaign);
@@ -163,7 +163,7 @@ std::optional<session::Outcome> goes_on(store::Connection& db, const std::string
                           .session_id = row->id,
                           .n_points = row->n_points,
                           .n_before = row->n_ok,
-                          .detail = fmt::format("process {} is asked to go on", *process)};
+                          .detail = fmt::format("process {} is to resume", *process)};
 }
 
 ExitCode run_resume(const NamedOptions& options, Context& context) {

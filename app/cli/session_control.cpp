@@ -78,7 +78,7 @@ ExitCode run_status(const WatchOptions& options, Context& context) {
     if (context.json) {
       throw UsageError({.what = "--watch draws for a person",
                         .where = {.field = "--watch"},
-                        .hint = "a program asks for --json again and again"});
+                        .hint = "a program calls --json again and again"});
     }
     if (name.empty()) {
       throw NotFoundError({.what = "the campaign has no session to watch",

@@ -157,7 +157,7 @@ std::unique_ptr<Thermometer> read_thermometer(Fields fields, const std::filesyst
     thermometer =
         tracker_thermometer(file->file, file->format, fields.optional_number("first_degc"));
   } else {
-    fields.refuse("source", "T2SA tells no temperature", "file or fixed");
+    fields.refuse("source", "T2SA reports no temperature", "file or fixed");
   }
   fields.done();
   return thermometer;

@@ -115,7 +115,7 @@ void check_header(const CsvTable& table) {
                       .field = std::string(cell.text)};
     if (cell.text.empty()) throw InputError({.what = "a column without a name", .where = where});
     if (std::find(seen.begin(), seen.end(), cell.text) != seen.end()) {
-      throw InputError({.what = "the column stands twice",
+      throw InputError({.what = "duplicate column",
                         .where = where,
                         .hint = parse_number(cell.text) ? "is the header line missing?" : ""});
     }

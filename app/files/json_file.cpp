@@ -79,7 +79,7 @@ class Builder : public nlohmann::json_sax<Json> {
   bool key(string_t& name) override {
     const JsonFile::Position at = token();
     if (open_.back().node->contains(name)) {
-      refuse("the key '" + name + "' stands twice", at, "each key once");
+      refuse("duplicate key '" + name + "'", at, "each key once");
     }
     key_ = name;
     return true;

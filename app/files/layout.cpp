@@ -42,7 +42,7 @@ std::vector<NestPoint> read_nests(Fields& owner, std::string_view field, std::si
       nest.refuse("", "the place is out of all bounds", "mm", "is the unit right?");
     }
     for (const NestPoint& other : nests) {
-      if (other.nest == point.nest) nest.refuse("nest", "the nest stands twice");
+      if (other.nest == point.nest) nest.refuse("nest", "duplicate nest");
     }
     nest.done();
     nests.push_back(std::move(point));
@@ -125,7 +125,7 @@ Layout::Rows read_rows(Fields fields, const Layout& layout) {
         fields.refuse("nests", "the platform has no nest " + nest, "names of \"nests\"");
       }
       if (std::count(rows.nests.begin(), rows.nests.end(), nest) > 1) {
-        fields.refuse("nests", "nest " + nest + " stands twice in one round", "each once",
+        fields.refuse("nests", "duplicate nest " + nest + " in one round", "each once",
                       "say \"repeats\" for more rounds");
       }
     }

@@ -107,7 +107,7 @@ class Reader {
       Reading reading = read_row();
       const auto [first, is_new] = line_of_seq.emplace(reading.seq, row.line);
       if (!is_new) {
-        refuse(kSeq, "the seq stands twice",
+        refuse(kSeq, "duplicate seq",
                "numbers that differ (first in line " + std::to_string(first->second) + ")");
       }
       previous_cmd_mm_ = reading.conditions.cmd_mm;

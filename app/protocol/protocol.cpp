@@ -144,7 +144,7 @@ Step read_step(Fields& fields, EarlierSteps& earlier) {
     fields.done();
     step.name = name;
     if (!earlier.emplace(name, Earlier{wanted, may_be_skipped(step)}).second) {
-      fields.refuse("name", "the name stands twice", "a name of its own for each step");
+      fields.refuse("name", "duplicate name", "a name of its own for each step");
     }
     return step;
   }

@@ -86,7 +86,7 @@ std::vector<std::string> missing_record(const std::string& file, const Plan& pla
                                         const Mechanism& mechanism, const CheckOptions& check) {
   const std::string sha256 = plan_sha256(plan, mechanism);
   if (file.empty()) {
-    return {fmt::format("a real stage asks for a check of this plan ({}): {}", sha256.substr(0, 12),
+    return {fmt::format("a real stage needs a check of this plan ({}): {}", sha256.substr(0, 12),
                         kHint)};
   }
   const PlanRecord record = read_plan_record(file);

@@ -21,7 +21,7 @@ std::map<std::string, Eigen::Vector3d> by_name(const std::vector<NestPoint>& poi
     const bool is_new = named.emplace(p.nest, p.at_mm).second;
     if (is_new && p.at_mm.allFinite()) continue;
     throw InputError(
-        {.what = is_new ? "a base nest's place is not a number" : "a base nest stands twice",
+        {.what = is_new ? "a base nest's place is not a number" : "duplicate base nest",
          .where = {.field = p.nest}});
   }
   return named;

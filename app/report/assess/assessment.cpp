@@ -269,7 +269,7 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
   }
   if (!uncertainty) {
     if (errors.empty()) {
-      throw InputError({.what = "nothing tells the uncertainty of this job's correction",
+      throw InputError({.what = "nothing is known of the uncertainty of this job's correction",
                         .expected = "held-out points, or enough readings to cross-validate"});
     }
     uncertainty = held_out_uncertainty(errors, from);

@@ -126,7 +126,7 @@ Json next_points(const Source& source, const Json& details) {
   const char* title = "Where to measure next";
   const Json* points = find(details, "next_points");
   if (points == nullptr || points->empty()) {
-    return absent("next-points", title, "The last diagnosis asks for no more points.");
+    return absent("next-points", title, "The last diagnosis needs no more points.");
   }
   Json fitted_targets = Json::array(), next = Json::array();
   for (const Walk& walk : source.measured.walks) {

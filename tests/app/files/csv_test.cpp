@@ -30,7 +30,7 @@ TEST_CASE("a broken table is refused with line and column", "[exchange]") {
   const std::vector<Bad> all = {
       {"", 1, 1, "header line is missing"},
       {"a,,b\n", 1, 3, "without a name"},
-      {"a,b,a\n", 1, 5, "stands twice"},
+      {"a,b,a\n", 1, 5, "duplicate column"},
       {"a,b\n1,2\n1\n", 3, 1, "a field is missing"},
       {"a,b\n1,2,3\n", 2, 5, "more fields"},
       {"a,b\n1,2\n\n1,2\n", 3, 1, "an empty line"},

@@ -92,7 +92,7 @@ TEST_CASE("what a layout must say and does not is refused with its place, by the
 TEST_CASE("names that don't say the pose, nests twice and nests in two places are refused",
           "[points]") {
   CHECK_THROWS_WITH(layout_of(changed("/rows/point", "P")), Contains("{nest}"));
-  CHECK_THROWS_WITH(layout_of(changed("/nests/1/nest", "P1")), Contains("stands twice"));
+  CHECK_THROWS_WITH(layout_of(changed("/nests/1/nest", "P1")), Contains("duplicate nest"));
   CHECK_THROWS_WITH(layout_of(changed("/nests/1/nest", "B1")),
                     Contains("platform and on the base"));
   CHECK_THROWS_WITH(layout_of(changed("/nests/1/x_mm", 1e9)), Contains("is the unit right?"));

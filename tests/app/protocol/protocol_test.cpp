@@ -136,7 +136,7 @@ TEST_CASE("a method's parameters are checked where the protocol is read", "[prot
         })).where.field == "steps[4].parameters.power");
 }
 
-TEST_CASE("a step may only name earlier steps of the right kind, and no name stands twice",
+TEST_CASE("a step may only name earlier steps of the right kind, and no name is duplicate",
           "[protocol]") {
   CHECK(error_of(changed([](Json& p) { p["steps"][0]["compensate"] = "lsq"; })).where.field ==
         "steps[0].compensate");

@@ -227,7 +227,7 @@ TEST_CASE("a stage faster than it may be is refused, never slowed down in silenc
   CHECK(dry_run(request, NominalCorrection{}, around).violations.empty());
 }
 
-TEST_CASE("a real stage asks for a check of this very plan, on this mechanism, no laxer",
+TEST_CASE("a real stage needs a check of this very plan, on this mechanism, no laxer",
           "[session]") {
   const TemporaryFolder folder;
   store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
@@ -249,7 +249,7 @@ TEST_CASE("a real stage asks for a check of this very plan, on this mechanism, n
     CHECK(dry_run(request, NominalCorrection{}, around).missing == outcome.missing);
     CHECK(faults->homes == 0);
   };
-  refused("asks for a check of this plan");
+  refused("needs a check of this plan");
   request.plan_check = file;
   CHECK_THROWS_AS(run(db, request, around), NotFoundError);
   Plan other = small_plan();

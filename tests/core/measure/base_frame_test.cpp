@@ -58,7 +58,7 @@ TEST_CASE("base nests in one line, two of them, or one twice register nothing",
   for (auto& p : line) p.at_mm.y() = p.at_mm.z() = 0;
   CHECK_THROWS_WITH(frame_of_base(line, line), Contains("near one line"));
   CHECK_THROWS_WITH(frame_of_base({kBase[0], kBase[1]}, kBase), Contains("2 nests measured"));
-  CHECK_THROWS_WITH(frame_of_base({kBase[0], kBase[0]}, kBase), Contains("twice"));
+  CHECK_THROWS_WITH(frame_of_base({kBase[0], kBase[0]}, kBase), Contains("duplicate base nest"));
 }
 
 TEST_CASE("zeroing on the plane of motion makes home read home and the rest move along",
