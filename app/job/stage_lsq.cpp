@@ -17,7 +17,7 @@ Json complete_lsq(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of lsq");
   Fields f(file);
   const Json all = {{"parameters", f.choice("parameters", {"paper-18", "complete-21"}, "paper-18")},
-                    {"epochs", f.choice("epochs", {"own", "shared"}, "own")},
+                    {"epochs", f.choice("epochs", {"auto", "own", "shared"}, "auto")},
                     {"solution", f.choice("solution", {"least-change", "basic"}, "least-change")},
                     {"drop_below", f.number("drop_below", 0.0)},
                     {"attitude_weight", f.number("attitude_weight", 1.0)},
@@ -36,7 +36,6 @@ Json complete_lsq(const Json& given) {
 
 LsqOptions options_of(const Json& p) {
   return {.complete = p["parameters"] == "complete-21",
-          .shared_epochs = p["epochs"] == "shared",
           .basic_solution = p["solution"] == "basic",
           .drop_below = p["drop_below"].get<double>(),
           .attitude_weight = p["attitude_weight"].get<double>()};
@@ -98,10 +97,22 @@ std::string simulation_words(const Correction& correction, const Mechanism& mech
       s.left.n, s.measured.mean, s.simulated.mean, s.left.mean);
 }
 
+/// The identified robot; with the shifts of its later epochs where it has any.
+Correction correction_of(const LsqResult& result, const Mechanism& mechanism) {
+  if (result.epochs.empty()) return GeometryCorrection{result.geometry};
+  RobotModel robot = nominal_model(mechanism);
+  robot.geometry = result.geometry;
+  robot.epochs = result.epochs;
+  return ModelCorrection{robot};
+}
+
 StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   const NoiseLevel noise = noise_level(campaign);
   const LsqOptions options = options_of(parameters);
-  const std::vector<Reading> rows = identify_rows(campaign);
+  std::vector<std::string> epoch_words;
+  const std::vector<Reading> rows =
+      with_epochs(identify_rows(campaign), campaign.mechanism,
+                  parameters["epochs"].get<std::string>(), epoch_words);
   const LsqResult result = identify_repeated(campaign.mechanism, rows, noise.sigma, options,
                                              parameters["steps"].get<int>());
   std::vector<ScaledParameter> names;
@@ -116,7 +127,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
       .goodness =
           goodness(result.chi2, result.n_equations - result.rank, noise.degrees_of_freedom)};
   IdentificationReport told = identification_report(found);
-  StageResult out{.correction = GeometryCorrection{result.geometry},
+  StageResult out{.correction = correction_of(result, campaign.mechanism),
                   .details = std::move(told.details),
                   .words = std::move(told.words)};
   out.details["equations"] = result.n_equations;
@@ -131,6 +142,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   out.details["rounds"] = rounds_json(result.rounds);
   mark_dropped(result, out.details);
   add_round_words(result, out.words);
+  out.words.insert(out.words.end(), epoch_words.begin(), epoch_words.end());
   out.words.push_back(weight_words(noise, options.attitude_weight));
   out.words.push_back(residual_words(result));
   out.words.push_back(simulation_words(out.correction, campaign.mechanism, rows));
@@ -141,7 +153,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
 
 Stage lsq_stage() {
   return {.name = "lsq",
-          .algorithm_version = 7,
+          .algorithm_version = 8,
           .what = "the paper's linear least squares on all readings, with its rank",
           .complete = complete_lsq,
           .run = run_lsq};

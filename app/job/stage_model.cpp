@@ -30,6 +30,7 @@ Json complete_model(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of the model");
   Fields f(file);
   Json all = {{"effects", f.has("effects") ? f.texts("effects") : std::vector<std::string>{}},
+              {"epochs", f.choice("epochs", {"auto", "own", "shared"}, "auto")},
               {"robust", f.boolean("robust", false)},
               {"tolerance_prior", f.boolean("tolerance_prior", false)}};
   f.done();
@@ -174,7 +175,8 @@ double judged_chi2(const GeometryFit& fit, bool robust) {
 
 GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& out) {
   const NoiseLevel noise = noise_level(campaign);
-  const std::vector<Reading> rows = identify_rows(campaign);
+  const std::vector<Reading> rows = with_epochs(identify_rows(campaign), campaign.mechanism,
+                                                parameters["epochs"].get<std::string>(), out.words);
   const bool robust = parameters["robust"].get<bool>();
   GeometryFit result =
       fit_geometry(start_model(campaign, parameters, out), rows, noise.sigma,
@@ -333,7 +335,7 @@ StageResult run_gp(const Campaign& campaign, const Json&) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 7,
+          .algorithm_version = 8,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete_model,
           .run = run_geometry};
@@ -341,7 +343,7 @@ Stage geometry_stage() {
 
 Stage gp_stage() {
   return {.name = "gp",
-          .algorithm_version = 4,
+          .algorithm_version = 5,
           .what = "Gaussian-process regression of joint errors",
           .complete = complete_gp,
           .run = run_gp};
@@ -350,7 +352,7 @@ Stage gp_stage() {
 Stage hybrid_stage() {
   return {
       .name = "hybrid",
-      .algorithm_version = 7,
+      .algorithm_version = 8,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
       .run = run_hybrid};

@@ -1,6 +1,10 @@
 #include "app/job/stages.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "core/measure/epochs.hpp"
 
 namespace trammel::job {
 
@@ -33,6 +37,31 @@ std::vector<Reading> identify_rows(const Campaign& campaign) {
                       .expected = "measured readings of the set 'identify'",
                       .hint = "name other sessions with --session, or measure a baseline"});
   }
+  return rows;
+}
+
+std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mechanism,
+                                 const std::string& choice, std::vector<std::string>& words) {
+  bool shared = choice == "shared";
+  if (choice == "auto") {
+    const EpochTest test = test_epochs(mechanism, rows);
+    shared = test.hold;
+    if (test.later_epochs > 0) {
+      words.push_back(
+          test.hold ? fmt::format("epochs: no step between the {} epochs beyond chance ({:g} %): "
+                                  "fitted as one (--own-epochs for shifts of their own)",
+                                  test.later_epochs + 1, 100 * test.level)
+                    : fmt::format("epochs: {}: each later one has joint zeros and a frame of its "
+                                  "own, which its commands use",
+                                  test.tested ? "a step between them is beyond chance"
+                                              : "too few readings to see whether they hold"));
+    }
+  }
+  if (!shared || rows.empty()) return rows;
+  const int first = std::ranges::min(rows, {}, [](const Reading& r) {
+                      return r.conditions.epoch;
+                    }).conditions.epoch;
+  for (Reading& r : rows) r.conditions.epoch = first;
   return rows;
 }
 

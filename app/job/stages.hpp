@@ -37,6 +37,12 @@ const Stage& find_stage(const std::string& name);
 /// The identify rows that have a measured pose. Throws InputError when there are none.
 std::vector<Reading> identify_rows(const Campaign& campaign);
 
+/// `rows` with the epochs that a fit gives parameters of their own: as recorded ("own"), one
+/// ("shared"), or one where the readings show no step between epochs ("auto", test_epochs); `words`
+/// get what was found where there is more than one.
+std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mechanism,
+                                 const std::string& choice, std::vector<std::string>& words);
+
 Stage lsq_stage();
 Stage idw_stage();
 Stage rbf_stage();

@@ -86,13 +86,46 @@ InverseResult commanded_by_model(const RobotModel& model, const Move& move, cons
   return at;
 }
 
-/// The pose to ask the model for so that the map's joint errors are made up for.
-ForwardResult shifted(const Mechanism& mechanism, const JointMap& left, const Pose& target,
-                      double sign) {
-  const InverseResult at = inverse(mechanism.geometry, target);
+/// The joint errors a map believes in where the nominal robot stands under `cmd_mm`: samples are
+/// placed by their targets, the places of nominal commands.
+std::optional<Eigen::Vector3d> error_under(const JointMap& map, const Mechanism& mechanism,
+                                           const Displacements& cmd_mm, const Pose& near) {
+  const ForwardResult at = forward(mechanism.geometry, cmd_mm, near);
+  if (!at.ok()) return {};
+  return joint_error_at(map, place_of(at.pose));
+}
+
+/// cmd = l(target) - e(forward(cmd)), by two look-ups: at the target, and where the first command
+/// would stand. The next would change it by the square of the map's slope times e: 0.01 um where e
+/// is 0.1 mm and changes by 1 % of the way.
+InverseResult commanded_by_map(const JointMap& map, const Mechanism& mechanism,
+                               const Pose& target) {
+  InverseResult at = inverse(mechanism.geometry, target);
+  if (!at.ok()) return at;
+  const Displacements nominal = at.l_mm;
+  at.l_mm = nominal - joint_error_at(map, place_of(target));
+  const auto error_mm = error_under(map, mechanism, at.l_mm, target);
+  if (error_mm) at.l_mm = nominal - *error_mm;
+  return at;
+}
+
+/// `pose` as the nominal robot would stand with its joints moved on by `by_mm`.
+ForwardResult moved_on(const Mechanism& mechanism, const Pose& pose, const Displacements& by_mm) {
+  const InverseResult at = inverse(mechanism.geometry, pose);
   if (!at.ok()) return failed(at);
-  return forward(mechanism.geometry, at.l_mm + sign * joint_error_at(left, place_of(target)),
-                 target);
+  return forward(mechanism.geometry, at.l_mm + by_mm, pose);
+}
+
+/// The model is asked for the pose that the map's errors, looked up where the model's own command
+/// for the target stands, turn into the target.
+InverseResult commanded_by_hybrid(const HybridCorrection& c, const Mechanism& mechanism,
+                                  const Move& move) {
+  const InverseResult first = commanded_by_model(c.model, move, move.target);
+  if (!first.ok()) return first;
+  const auto error_mm = error_under(c.left, mechanism, first.l_mm, move.target);
+  if (!error_mm) return first;
+  const ForwardResult goal = moved_on(mechanism, move.target, -*error_mm);
+  return goal.ok() ? commanded_by_model(c.model, move, goal.pose) : first;
 }
 
 ForwardResult as_forward(const Prediction& at) {
@@ -131,17 +164,13 @@ InverseResult commanded(const Correction& correction, const Mechanism& mechanism
     return inverse(c.geometry, move.target);
   };
   const auto map = [&](const MapCorrection& c) {
-    InverseResult at = inverse(mechanism.geometry, move.target);
-    if (at.ok()) at.l_mm -= joint_error_at(c.map, place_of(move.target));
-    return at;
+    return commanded_by_map(c.map, mechanism, move.target);
   };
   const auto model = [&](const ModelCorrection& c) {
     return commanded_by_model(c.model, move, move.target);
   };
   const auto hybrid = [&](const HybridCorrection& c) {
-    const ForwardResult goal = shifted(mechanism, c.left, move.target, -1);
-    if (!goal.ok()) return inverse(mechanism.geometry, move.target);
-    return commanded_by_model(c.model, move, goal.pose);
+    return commanded_by_hybrid(c, mechanism, move);
   };
   return std::visit(Overloaded{nominal, geometry, map, model, hybrid}, correction);
 }
@@ -165,7 +194,9 @@ ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
   };
   const auto hybrid = [&](const HybridCorrection& c) {
     const Prediction at = predict(c.model, conditions);
-    return at.ok() ? shifted(mechanism, c.left, at.pose, 1) : as_forward(at);
+    if (!at.ok()) return as_forward(at);
+    const auto error_mm = error_under(c.left, mechanism, conditions.cmd_mm, at.pose);
+    return error_mm ? moved_on(mechanism, at.pose, *error_mm) : ForwardResult{};
   };
   return std::visit(Overloaded{nominal, geometry, map, model, hybrid}, correction);
 }
@@ -186,30 +217,63 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
   return samples;
 }
 
+namespace {
+
+/// Rails whose inverse kinematics decide whether the corrected robot reaches a target.
+const Geometry& geometry_of(const Correction& correction, const Mechanism& mechanism) {
+  return std::visit(
+      Overloaded{[](const GeometryCorrection& c) -> const Geometry& { return c.geometry; },
+                 [](const ModelCorrection& c) -> const Geometry& { return c.model.geometry; },
+                 [](const HybridCorrection& c) -> const Geometry& { return c.model.geometry; },
+                 [&](const auto&) -> const Geometry& { return mechanism.geometry; }},
+      correction);
+}
+
+/// Poses that the correction expected of the readings, under the conditions they were taken in;
+/// nothing where it has none.
+std::vector<std::optional<Pose>> expected_poses(const Correction& correction,
+                                                const Mechanism& mechanism,
+                                                std::span<const Reading> readings) {
+  std::vector<std::optional<Pose>> expected(readings.size());
+  if (const auto* identified = std::get_if<GeometryCorrection>(&correction)) {  // side by side
+    std::vector<Displacements> l_mm;
+    std::vector<Pose> poses;
+    for (const Reading& r : readings) {
+      l_mm.push_back(r.conditions.cmd_mm);
+      poses.push_back(r.target);
+    }
+    const auto missed = poses_at(rail_frames(identified->geometry), l_mm, poses);
+    for (std::size_t k = 0; k < readings.size(); ++k) expected[k] = poses[k];
+    for (const std::size_t k : missed) expected[k] = {};
+    return expected;
+  }
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const ForwardResult at = believed(correction, mechanism, readings[k].conditions);
+    if (at.ok()) expected[k] = at.pose;
+  }
+  return expected;
+}
+
+}  // namespace
+
 std::vector<std::optional<Pose>> predicted_after(const Correction& correction,
                                                  const Mechanism& mechanism,
                                                  std::span<const Reading> readings) {
   const RailFrames nominal = rail_frames(mechanism.geometry);
-  const auto* identified = std::get_if<GeometryCorrection>(&correction);
-  const RailFrames rails = identified ? rail_frames(identified->geometry) : nominal;
-  const auto command_mm = [&](const Reading& r) -> std::optional<Displacements> {
-    if (identified) return inverse_displacements(rails, r.target);  // the same without angles
-    const InverseResult at = commanded(correction, mechanism, move_of(r));
-    return at.ok() ? std::optional(at.l_mm) : std::nullopt;
-  };
+  const RailFrames rails = rail_frames(geometry_of(correction, mechanism));
+  const auto expected = expected_poses(correction, mechanism, readings);
   std::vector<std::size_t> reached;  // targets of these readings
   std::vector<Displacements> l_mm;
   std::vector<Pose> poses;
-  reached.reserve(readings.size());
-  l_mm.reserve(readings.size());
-  poses.reserve(readings.size());
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const Reading& r = readings[k];
-    const Eigen::Vector3d error_mm = joint_error_mm(nominal, r);
-    const std::optional<Displacements> cmd_mm = command_mm(r);
-    if (!cmd_mm) continue;
+    const Displacements measured_mm = joint_error_mm(nominal, r) + r.conditions.cmd_mm;
+    const auto target_mm = inverse_displacements(nominal, r.target);
+    if (!target_mm || !expected[k] || !inverse_displacements(rails, r.target)) continue;
+    const auto expected_mm = inverse_displacements(nominal, *expected[k]);
+    if (!expected_mm) continue;
     reached.push_back(k);
-    l_mm.emplace_back(*cmd_mm + error_mm);
+    l_mm.emplace_back(*target_mm + (measured_mm - *expected_mm));
     poses.push_back(*r.measured);
   }
   std::vector<std::optional<Pose>> after(readings.size());

@@ -24,7 +24,8 @@ struct GeometryCorrection {
   Geometry geometry;
 };
 
-/// cmd = l_nominal(target) - e(target), e the map's joint errors (the paper's second and third).
+/// cmd = l_nominal(target) - e(cmd), e the map's joint errors where the nominal robot stands under
+/// cmd (the paper's second and third methods, which look them up at the target: to first order).
 struct MapCorrection {
   JointMap map;
 };
@@ -77,12 +78,16 @@ ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
 std::vector<JointSample> samples_left(const RobotModel& model, std::span<const Reading> readings);
 
 /// The reading as it would have been under the correction, from the reading as it was: the robot
-/// keeps the joint error it showed, only the command changes.
-///   X' = forward(l(X_measured) + cmd' - cmd), nominal kinematics, cmd' = commanded(target)
-/// A prediction, never a measurement: reports say so. In-sample for readings the correction was
-/// fitted to. First order in the change of the command; noise is kept as it was read.
-/// Nothing where the corrected robot cannot reach the target. Throws InputError where the reading
-/// has no measured pose or leaves the nominal reach.
+/// keeps, as joint displacements, what the correction did not expect of it.
+///   X' = forward(l(target) + l(X_measured) - l(X_expected)),   l, forward: nominal kinematics
+///   X_expected = believed() under the conditions of the reading, its direction of approach too
+/// The corrected command reads the target where the robot is as believed, so X' - target is the
+/// reading's residual, moved to the target: exact where the correction is right, else to first
+/// order in the change of the command times what is not known. Noise is kept as it was read. A
+/// prediction, never a measurement: reports say so. In-sample for readings the correction was
+/// fitted to. Nothing where the corrected robot cannot reach the target. Throws InputError where
+/// the reading has no measured pose or leaves the nominal reach. Proof: the exact robot under the
+/// corrected commands, backlash and short moves included (correction_test.cpp).
 std::optional<Pose> predicted_after(const Correction& correction, const Mechanism& mechanism,
                                     const Reading& reading);
 /// Of many readings, with what they share done once; the same bits.

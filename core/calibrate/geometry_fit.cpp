@@ -259,7 +259,7 @@ std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
                                                std::span<const Reading> readings,
                                                double false_alarm) {
   TRAMMEL_ASSERT(fit.weights.size() == static_cast<Eigen::Index>(readings.size()));
-  const double limit = chi2_of_three_limit(false_alarm / static_cast<double>(readings.size()));
+  const double limit = chi2_limit(false_alarm / static_cast<double>(readings.size()), 3);
   const Eigen::MatrixXd J = fit.system.jacobian * fit.identified.directions;
   // the normal equations of the readings that are left; at the solution their right side is zero
   Eigen::MatrixXd normal =

@@ -9,6 +9,7 @@
 
 #include "core/calibrate/identifiability.hpp"
 #include "core/measure/reading.hpp"
+#include "core/model/robot_model.hpp"
 
 namespace trammel {
 
@@ -34,12 +35,6 @@ struct LsqParameter {
   double standard_uncertainty = 0;  // from the readings' sigmas; meaningful when identified
 };
 
-/// One later epoch's own joint zeros and frame offset.
-struct EpochOffset {
-  Eigen::Vector3d l_zero_mm = Eigen::Vector3d::Zero();
-  Pose frame;
-};
-
 struct LsqRound {
   int columns = 0;
   int rank = 0;
@@ -49,10 +44,10 @@ struct LsqRound {
 
 struct LsqResult {
   std::vector<LsqParameter> parameters;
-  Eigen::MatrixXd covariance;         // of the parameters, mm and rad, from the sigmas alone
-  Geometry geometry;                  // nominal plus the solution
-  std::map<int, EpochOffset> epochs;  // of later epochs with columns of their own
-  Identifiability identifiability;    // of the full set of columns
+  Eigen::MatrixXd covariance;        // of the parameters, mm and rad, from the sigmas alone
+  Geometry geometry;                 // nominal plus the solution
+  std::map<int, EpochShift> epochs;  // of later epochs with columns of their own
+  Identifiability identifiability;   // of the full set of columns
   std::vector<LsqRound> rounds;
   int n_equations = 0;
   int steps = 1;                  // times the system was linearised and solved

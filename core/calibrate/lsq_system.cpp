@@ -76,20 +76,22 @@ ForwardResult modelled_pose(const RailFrames& rails, const Displacements& l_mm, 
                     .where = {.point = "seq " + std::to_string(reading.seq)}});
 }
 
-EpochOffset offset_of(const std::map<int, EpochOffset>& offsets, const Reading& reading) {
+EpochShift offset_of(const std::map<int, EpochShift>& offsets, const Reading& reading) {
   const auto known = offsets.find(reading.conditions.epoch);
-  return known == offsets.end() ? EpochOffset{} : known->second;
+  return known == offsets.end() ? EpochShift{} : known->second;
 }
 
-/// Weighted d(x, y, phi) of the three joint zeros and the frame offset (added to the reading) of an
-/// epoch.
+/// Weighted d(x, y, phi) of the three joint zeros and the frame of an epoch: the frame turns the
+/// pose about O_A, d(x, y) / d phi = (-y, x), and moves it.
 Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const Eigen::MatrixXd& weighted_J,
-                                                      Eigen::Index row,
+                                                      Eigen::Index row, const Pose& pose,
                                                       const Eigen::Vector3d& weight) {
   Eigen::Matrix<double, 3, kEpochColumns> J;
   for (int i = 0; i < kChains; ++i)
     J.col(i) = weighted_J.block<3, 1>(row, 6 * i + 4);  // as the joint zero l_i
   J.rightCols<3>() = weight.asDiagonal();
+  J(0, 5) = -weight[0] * pose.y_mm;
+  J(1, 5) = weight[1] * pose.x_mm;
   return J;
 }
 
@@ -97,7 +99,7 @@ Eigen::Matrix<double, 3, kEpochColumns> epoch_columns(const Eigen::MatrixXd& wei
 
 LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readings,
                      const TrackerSigma& sigma, const LsqOptions& options,
-                     const std::map<int, EpochOffset>& offsets) {
+                     const std::map<int, EpochShift>& offsets) {
   require_weights(sigma, options);
   LsqSystem system;
   for (const Reading& r : readings) system.poses.push_back(r.target);
@@ -108,7 +110,7 @@ LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readin
 
 void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Reading> readings,
                const TrackerSigma& sigma, const LsqOptions& options,
-               const std::map<int, EpochOffset>& offsets) {
+               const std::map<int, EpochShift>& offsets) {
   const Eigen::Index n_geometry = geometry_columns(options);
   const std::vector<int> later = later_epochs(readings, options);
   const auto rows = static_cast<Eigen::Index>(3 * readings.size());
@@ -137,13 +139,13 @@ void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Re
   system.A.leftCols(n_geometry) = weights.asDiagonal() * J.leftCols(n_geometry);
   for (std::size_t j = 0; j < readings.size(); ++j) {
     const auto row = static_cast<Eigen::Index>(3 * j);
+    const Pose expected = in_frame(offset_of(offsets, readings[j]).frame, system.poses[j]);
     system.b.segment<3>(row) =
-        weight.cwiseProduct(pose_difference(*readings[j].measured, system.poses[j]) -
-                            offset_of(offsets, readings[j]).frame.vector());
+        weight.cwiseProduct(pose_difference(*readings[j].measured, expected));
     const auto own = std::find(later.begin(), later.end(), readings[j].conditions.epoch);
     if (own != later.end()) {
       system.A.block<3, kEpochColumns>(row, n_geometry + kEpochColumns * (own - later.begin())) =
-          epoch_columns(system.A, row, weight);
+          epoch_columns(system.A, row, system.poses[j], weight);
     }
   }
   for (std::size_t k = 0; k < system.parameters.size(); ++k) {

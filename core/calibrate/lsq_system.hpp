@@ -19,15 +19,14 @@ struct LsqSystem {
 };
 
 /// The readings linearised at `mechanism` and, for later epochs, at `offsets`:
-///   b_j = W (measured - frame - forward(cmd + zeros)),   A_j = W J_e                       (19,
-///   21)
+///   b_j = W (measured - frame * forward(cmd + zeros)),   A_j = W J_e                   (19, 21)
 /// W = 1 / sigma of the tracker; phi's times `attitude_weight`. Throws as identify_linear.
 LsqSystem lsq_system(const Mechanism& mechanism, std::span<const Reading> readings,
                      const TrackerSigma& sigma, const LsqOptions& options,
-                     const std::map<int, EpochOffset>& offsets = {});
+                     const std::map<int, EpochShift>& offsets = {});
 /// The same rows again, linearised elsewhere.
 void linearise(LsqSystem& system, const Mechanism& mechanism, std::span<const Reading> readings,
                const TrackerSigma& sigma, const LsqOptions& options,
-               const std::map<int, EpochOffset>& offsets);
+               const std::map<int, EpochShift>& offsets);
 
 }  // namespace trammel

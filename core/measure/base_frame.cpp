@@ -159,7 +159,7 @@ BaseDrift base_drift(const std::vector<NestPoint>& before, const std::vector<Nes
   }
   BaseDrift drift;
   drift.n_nests = static_cast<int>(both.names.size());
-  drift.limit_mm = sigma_mm * std::sqrt(2 * chi2_of_three_limit(false_alarm / drift.n_nests));
+  drift.limit_mm = sigma_mm * std::sqrt(2 * chi2_limit(false_alarm / drift.n_nests, 3));
   std::vector<Eigen::Vector2d> was, is;
   for (Eigen::Index k = 0; k < both.first.cols(); ++k) {
     const double moved_mm = (both.second.col(k) - both.first.col(k)).norm();

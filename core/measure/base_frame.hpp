@@ -53,7 +53,7 @@ struct BaseDrift {
 
 /// Have the base nests moved between two measurements of them? Each coordinate of a difference has
 /// the variance 2 sigma^2; with n nests
-///   limit = sigma sqrt(2 chi2_3(false_alarm / n)),   chi2_3(p) as chi2_of_three_limit
+///   limit = sigma sqrt(2 chi2_3(false_alarm / n)),   chi2_3(p) = chi2_limit(p, 3)
 /// so a base that stands still is called moved in no more than the share `false_alarm` of checks
 /// (one in a thousand: with a check every 20 points, once in 20,000 points).
 /// @throws InputError  no nest was measured both times; a nest twice; not a number

@@ -16,12 +16,6 @@ EpochShift shift_of(const RobotModel& model, int epoch) {
   return found == model.epochs.end() ? EpochShift{} : found->second;
 }
 
-Pose in_frame(const Pose& frame, const Pose& pose) {
-  const double c = std::cos(frame.phi_rad), s = std::sin(frame.phi_rad);
-  return {c * pose.x_mm - s * pose.y_mm + frame.x_mm, s * pose.x_mm + c * pose.y_mm + frame.y_mm,
-          pose.phi_rad + frame.phi_rad};
-}
-
 Moment conditions_of(const RobotModel& model, const Conditions& at) {
   Moment m;
   m.l_mm = at.cmd_mm;
@@ -37,6 +31,12 @@ Moment conditions_of(const RobotModel& model, const Conditions& at) {
 }
 
 }  // namespace
+
+Pose in_frame(const Pose& frame, const Pose& pose) {
+  const double c = std::cos(frame.phi_rad), s = std::sin(frame.phi_rad);
+  return {c * pose.x_mm - s * pose.y_mm + frame.x_mm, s * pose.x_mm + c * pose.y_mm + frame.y_mm,
+          pose.phi_rad + frame.phi_rad};
+}
 
 RobotModel nominal_model(const Mechanism& mechanism) {
   return {.mechanism = mechanism, .geometry = mechanism.geometry, .epochs = {}, .effects = {}};

@@ -17,6 +17,9 @@ struct EpochShift {
   Pose frame;  // reading = frame shift of the pose: turned by phi about O_A, then moved by (x, y)
 };
 
+/// `pose` as a tracker reads it whose frame is shifted by `frame`.
+Pose in_frame(const Pose& frame, const Pose& pose);
+
 /// An effect with a value for each of its parameters (0: carries nothing), in the parameters'
 /// units.
 struct ActiveEffect {

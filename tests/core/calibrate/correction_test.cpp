@@ -65,6 +65,66 @@ TEST_CASE("a map takes the drives' lie out at its samples, and between them most
   CHECK(*improvement_pct(summarise(before), summarise(by_rbf)) > 95);
 }
 
+TEST_CASE("a smooth map is looked up where the command stands, not at the target", "[calibrate]") {
+  // The lie changes by 2e-3 of the way and is 0.2 mm: looked up at the target it leaves 0.4 um.
+  const Correction gp = MapCorrection{fit_gp(lie_samples())};
+  for (const Pose& target : {Pose{30, 0, 0}, Pose{-50, 50, 0}, Pose{70, -70, 0}}) {
+    const auto cmd = commanded(gp, paper_mechanism(), {.target = target});
+    CHECK(position_error_mm(lying_pose(cmd.l_mm), target) < 5e-5);
+  }
+}
+
+TEST_CASE("readings predicted after are those of the robot sent through all corrected commands",
+          "[calibrate]") {
+  // Steps of 0.2 mm beside corrections of 0.5 mm: most corrected commands lie on the other side of
+  // where the uncorrected move began.
+  RobotModel truth = nominal_model(paper_mechanism());
+  truth.geometry.chains[1].l_zero_mm = 0.5;
+  truth.effects = {{&find_effect("backlash"), Eigen::Vector3d(0.1, 0.1, 0.1)}};
+  std::vector<Reading> readings;
+  Displacements at = inverse(paper_mechanism().geometry, Pose{}).l_mm;
+  for (int k = 0; k < 60; ++k) {
+    const double turn = 0.2 * k;
+    Reading r{.seq = k + 1, .target = {5 * std::cos(turn), 5 * std::sin(turn), 0}};
+    r.conditions.cmd_mm = inverse(paper_mechanism().geometry, r.target).l_mm;
+    r.conditions.from_mm = at;
+    r.measured = predict(truth, r.conditions).pose;
+    at = r.conditions.cmd_mm;
+    readings.push_back(r);
+  }
+  const Correction correction = ModelCorrection{truth};
+  const auto predicted = predicted_after(correction, paper_mechanism(), readings);
+  at = inverse(paper_mechanism().geometry, Pose{}).l_mm;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    Move move = move_of(readings[k]);
+    move.from_mm = at;
+    const auto cmd = commanded(correction, paper_mechanism(), move);
+    REQUIRE(cmd.ok());
+    const Pose real = predict(truth, {.cmd_mm = cmd.l_mm, .from_mm = at}).pose;
+    REQUIRE(predicted[k]);
+    CHECK(position_error_mm(*predicted[k], real) < 1e-6);
+    at = cmd.l_mm;
+  }
+}
+
+TEST_CASE("in-sample after is the fit's own residual, epochs with their shifts", "[calibrate]") {
+  Random random(48);
+  RobotModel model = nominal_model(paper_mechanism());
+  model.geometry = random_geometry(random);
+  model.epochs[2] = {{0.1, -0.2, 0.05}, {0.2, -0.1, rad_from_deg(0.02)}};
+  for (Reading r : measure(model.geometry, eighty_points(), random)) {
+    if (r.seq > 40) r.conditions.epoch = 2;
+    const Pose expected = predict(model, r.conditions).pose;
+    r.measured = Pose{expected.x_mm + 0.02, expected.y_mm - 0.01, expected.phi_rad + 1e-4};
+    const auto after = predicted_after(ModelCorrection{model}, paper_mechanism(), r);
+    REQUIRE(after);
+    const Eigen::Vector3d left = pose_difference(*after, r.target);
+    CHECK(std::abs(left[0] - 0.02) < 1e-3);
+    CHECK(std::abs(left[1] + 0.01) < 1e-3);
+    CHECK(std::abs(left[2] - 1e-4) < 1e-5);
+  }
+}
+
 TEST_CASE("the reading predicted after compensation is the reading that robot then gives",
           "[calibrate]") {
   Random random(43);

@@ -10,14 +10,15 @@ using namespace trammel;
 
 TEST_CASE("limits of chance are those of printed tables", "[measure]") {
   CHECK_THAT(normal_limit(0.05), WithinAbs(1.959964, 1e-6));
-  CHECK_THAT(student_limit(0.05, 20), WithinRel(2.0860, 0.01));
-  CHECK_THAT(chi2_of_three_limit(0.05), WithinAbs(7.8147, 1e-4));
-  CHECK_THAT(chi2_of_three_limit(0.01), WithinAbs(11.3449, 1e-4));
-  CHECK_THAT(variance_ratio_limit(0.05, 10), WithinRel(18.307 / 10, 0.01));
-  CHECK_THAT(variance_ratio_limit(0.001, 100), WithinRel(149.449 / 100, 0.01));
-  CHECK_THAT(variance_ratio_limit(0.05, 5, 10), WithinRel(3.3258, 0.02));
-  CHECK_THAT(variance_ratio_limit(0.001, 20, 20), WithinRel(4.290, 0.02));
-  CHECK(std::isinf(variance_ratio_limit(0.001, 200, 1)));  // one repeat judges nothing
+  CHECK_THAT(student_limit(0.05, 1), WithinAbs(12.7062, 1e-4));
+  CHECK_THAT(student_limit(0.05, 20), WithinAbs(2.08596, 1e-5));
+  CHECK_THAT(chi2_limit(0.05, 3), WithinAbs(7.8147, 1e-4));
+  CHECK_THAT(chi2_limit(0.01, 3), WithinAbs(11.3449, 1e-4));
+  CHECK_THAT(variance_ratio_limit(0.05, 10), WithinRel(18.307 / 10, 1e-4));
+  CHECK_THAT(variance_ratio_limit(0.001, 100), WithinRel(149.449 / 100, 1e-5));
+  CHECK_THAT(variance_ratio_limit(0.05, 5, 10), WithinAbs(3.3258, 1e-4));
+  CHECK_THAT(variance_ratio_limit(0.001, 20, 20), WithinAbs(4.290, 1e-3));
+  CHECK(variance_ratio_limit(0.001, 200, 1) > 1e5);  // one repeat judges nothing
 }
 
 TEST_CASE("residuals of the noise alone are called unexplained in no more than 1 of 1000 fits",

@@ -1,0 +1,72 @@
+#include "core/measure/epochs.hpp"
+
+#include "core/mechanism/inverse.hpp"
+#include "core/plan/grids.hpp"
+#include "core/simulate/virtual_robot.hpp"
+#include "core/statistics/random.hpp"
+#include "core/units.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+
+namespace {
+
+/// The paper's star, measured in its order by a robot of the paper's kind of errors, set up anew
+/// before reading `from` with `frame` as its new frame.
+std::vector<Reading> campaign(std::uint64_t seed, int from, const Pose& frame) {
+  Random random(seed);
+  simulate::Truth truth;
+  truth.nominal = paper_mechanism();
+  truth.actual = truth.nominal.geometry;
+  truth.seed = seed;
+  truth.tracker.sigma_xy_mm = 0.010;
+  truth.tracker.sigma_phi_rad = rad_from_deg(0.004);
+  for (int i = 0; i < kChains; ++i) {
+    truth.drive.lead_scale[i] = 4e-3 * random.normal();
+    truth.drive.backlash_mm[i] = std::abs(0.05 * random.normal());
+  }
+  truth.epochs.resize(2);
+  truth.epochs[1].frame = frame;
+  const simulate::VirtualRobot robot(truth);
+  std::vector<Reading> readings;
+  Displacements at = inverse(truth.nominal.geometry, truth.nominal.home).l_mm;
+  for (const Pose& target : paper_80()) {
+    Reading r{.seq = static_cast<int>(readings.size()) + 1, .target = target};
+    r.conditions.cmd_mm = inverse(truth.nominal.geometry, target).l_mm;
+    r.conditions.from_mm = at;
+    r.conditions.epoch = r.seq < from ? 1 : 2;
+    r.measured = robot.read(r.conditions, static_cast<std::uint64_t>(r.seq)).pose;
+    at = r.conditions.cmd_mm;
+    readings.push_back(r);
+  }
+  return readings;
+}
+
+}  // namespace
+
+TEST_CASE("an epoch whose references hold is no step, one that moved by 0.05 mm is", "[measure]") {
+  // 100 robots, each set up anew somewhere: level 1 %, so more than 5 alarms in 0.05 % of runs.
+  int alarms = 0, found = 0;
+  Random random(7);
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const int from = static_cast<int>(random.uniform(10, 72));
+    const Mechanism mechanism = paper_mechanism();
+    alarms += test_epochs(mechanism, campaign(seed, from, {})).hold ? 0 : 1;
+    found += test_epochs(mechanism, campaign(seed, from, {0.05, -0.03, 0})).hold ? 0 : 1;
+  }
+  INFO(alarms << " alarms, " << found << " found");
+  CHECK(alarms <= 5);
+  CHECK(found >= 95);
+}
+
+TEST_CASE("one epoch, and too few readings, are no answer", "[measure]") {
+  std::vector<Reading> readings = campaign(1, 41, {});
+  CHECK_FALSE(test_epochs(paper_mechanism(), std::span(readings).first(30)).tested);
+  CHECK(test_epochs(paper_mechanism(), std::span(readings).first(30)).later_epochs == 0);
+  readings.erase(readings.begin(), readings.begin() + 34);
+  readings.resize(12);
+  const EpochTest few = test_epochs(paper_mechanism(), readings);
+  CHECK(few.later_epochs == 1);
+  CHECK_FALSE(few.tested);
+  CHECK_FALSE(few.hold);
+}
