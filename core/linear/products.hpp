@@ -9,7 +9,7 @@ using MatrixIn = Eigen::Ref<const Eigen::MatrixXd>;
 using VectorIn = Eigen::Ref<const Eigen::VectorXd>;
 using Rows3In = Eigen::Ref<const Eigen::Matrix3Xd>;  // three rows of a larger matrix too
 
-// Products of matrices. Bits: those of the same expression of Eigen. Proof: products_test.cpp.
+// Exact where all sums are, as of whole numbers, for any size: products_test.cpp.
 
 /// A B
 Eigen::MatrixXd product(const MatrixIn& A, const MatrixIn& B);
