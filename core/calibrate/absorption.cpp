@@ -1,13 +1,14 @@
 #include "core/calibrate/absorption.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/linear/products.hpp"
+#include "core/linear/singular_values.hpp"
 #include "core/statistics/limits.hpp"
 
 namespace trammel {
@@ -41,25 +42,24 @@ Half half_of(const Eigen::MatrixXd& B, const Eigen::VectorXd& r,
   }
   // From B'B: directions above the limit are known to 1e-8 of the largest at worst, which is enough
   // to compare halves, and 1e5 readings stay cheap.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(rows.transpose() * rows);
-  const Eigen::ArrayXd s2 = eigen.eigenvalues().array();
+  const SymmetricEigen eigen = symmetric_eigen(gram(rows));
+  const Eigen::VectorXd& s2 = eigen.values;
   const double least = std::max(kLeastSignal * kLeastSignal, 1e-12 * s2[s2.size() - 1]);
-  const Eigen::Index rank = (s2 > least).count();
+  const Eigen::Index rank = (s2.array() > least).count();
   Half half;
-  half.knows = eigen.eigenvectors().rightCols(rank);
-  const Eigen::VectorXd inverse = s2.tail(rank).inverse();
-  half.covariance = half.knows * inverse.asDiagonal() * half.knows.transpose();
-  half.y = half.covariance * (rows.transpose() * rest);
-  half.chi2 = (rest - rows * half.y).squaredNorm();
+  half.knows = eigen.vectors.rightCols(rank);
+  half.covariance = weighted_outer(half.knows, s2.tail(rank).cwiseInverse());
+  half.y = times(half.covariance, transposed_times(rows, rest));
+  half.chi2 = (rest - times(rows, half.y)).squaredNorm();
   half.dof = static_cast<int>(rows.rows() - rank);
   return half;
 }
 
 /// Orthonormal directions that both halves know.
 Eigen::MatrixXd common(const Half& a, const Half& b) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a.knows.transpose() * b.knows, Eigen::ComputeThinU);
-  const Eigen::Index n = (svd.singularValues().array() > kCommon).count();
-  return a.knows * svd.matrixU().leftCols(n);
+  const SingularValues cosines = singular_values(transposed_product(b.knows, a.knows));
+  const Eigen::Index n = (cosines.singular.array() > kCommon).count();
+  return product(a.knows, cosines.V.leftCols(n));
 }
 
 /// The largest members, "+0.81 l_1 -0.55 R_1 and 3 more (in tolerances)".
@@ -88,28 +88,29 @@ std::string combination_name(const Eigen::VectorXd& z, const std::vector<FreePar
 std::vector<HalfShift> all_shifts(const GeometryFit& fit, const Eigen::MatrixXd& V,
                                   const Eigen::MatrixXd& T, const Eigen::VectorXd& shift,
                                   const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T.transpose() * covariance * T);
+  const SymmetricEigen eigen = symmetric_eigen(product(transposed_product(T, covariance), T));
   std::vector<HalfShift> all;
   for (Eigen::Index k = 0; k < T.cols(); ++k) {
-    const Eigen::VectorXd t = T * eigen.eigenvectors().col(k);
-    all.push_back({.name = combination_name(V * t, fit.parameters),
+    const Eigen::VectorXd t = times(T, eigen.vectors.col(k));
+    all.push_back({.name = combination_name(times(V, t), fit.parameters),
                    .single = false,
                    .is_angle = false,
                    .shift = t.dot(shift),
-                   .standard_uncertainty = std::sqrt(eigen.eigenvalues()[k])});
+                   .standard_uncertainty = std::sqrt(eigen.values[k])});
   }
   for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
     const FreeParameter& p = fit.parameters[k];
     const Eigen::VectorXd q = V.row(static_cast<Eigen::Index>(k)).transpose();
-    const Eigen::VectorXd inside = T * (T.transpose() * q);
+    const Eigen::VectorXd inside = within(T, q);
     // |q| = 1 when the fit knows the parameter by itself
     if (1 - q.squaredNorm() > kLeak * kLeak || (q - inside).norm() > kLeak) continue;
-    all.push_back({.name = p.name,
-                   .single = true,
-                   .unit = p.unit,
-                   .is_angle = p.unit == "deg" && p.kind != FreeParameter::Kind::effect,
-                   .shift = p.scale * inside.dot(shift),
-                   .standard_uncertainty = p.scale * std::sqrt(inside.dot(covariance * inside))});
+    all.push_back(
+        {.name = p.name,
+         .single = true,
+         .unit = p.unit,
+         .is_angle = p.unit == "deg" && p.kind != FreeParameter::Kind::effect,
+         .shift = p.scale * inside.dot(shift),
+         .standard_uncertainty = p.scale * std::sqrt(inside.dot(times(covariance, inside)))});
   }
   return all;
 }
@@ -176,7 +177,7 @@ AbsorptionTest absorption_test(const GeometryFit& fit, std::span<const Reading> 
     r.segment<3>(3 * i) *= root;
   }
   const Eigen::MatrixXd V = identifiable(J).directions;
-  const Eigen::MatrixXd B = J * V;
+  const Eigen::MatrixXd B = product(J, V);
   const std::vector<Eigen::Index> order = in_order(readings);
   const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
   std::vector<Eigen::Index> even, odd;

@@ -1,11 +1,11 @@
 #include "core/calibrate/correction.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/calibrate/joint_error.hpp"
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
 #include "core/mechanism/poses.hpp"
 
 namespace trammel {
@@ -58,7 +58,7 @@ bool reach(const RobotModel& model, const Move& move, const Pose& target,
     if (std::max(missing.head<2>().norm(), kPhiLengthMm * std::abs(missing[2])) <= kReached) {
       return true;
     }
-    cmd += at.moment.J_V.inverse() * missing;
+    cmd += inverse(at.moment.J_V) * missing;
   }
   return false;
 }

@@ -1,9 +1,10 @@
 #include "core/calibrate/design.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/linear/products.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/plan/grids.hpp"
 
@@ -85,8 +86,7 @@ Eigen::MatrixXd design_jacobian(const DesignModel& design, std::span<const Condi
   for (const Conditions& conditions : readings) {
     const Prediction at = predict(design.model, conditions);
     TRAMMEL_ASSERT(at.ok());  // commands of the nominal robot at poses it reaches
-    J.middleRows<3>(row) =
-        weight.asDiagonal() * derivative(design.model, design.parameters, conditions, at);
+    J.middleRows<3>(row) = derivative(design.model, design.parameters, conditions, at, weight);
     row += 3;
   }
   return J;
@@ -98,9 +98,9 @@ Identifiability identifiability(const DesignModel& design, const Eigen::MatrixXd
 
 PoseUncertainty predicted_uncertainty(const DesignModel& design, const Eigen::MatrixXd& jacobian,
                                       std::span<const Pose> where) {
-  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+  Eigen::MatrixXd information = gram(jacobian);
   information.diagonal().array() += 1;
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  const Cholesky factor(information);
   PoseUncertainty u;
   for (const Pose& pose : where) {
     const Conditions c =
@@ -108,7 +108,7 @@ PoseUncertainty predicted_uncertainty(const DesignModel& design, const Eigen::Ma
     const Prediction at = predict(design.model, c);
     TRAMMEL_ASSERT(at.ok());
     const Eigen::MatrixXd half =
-        factor.matrixL().solve(derivative(design.model, design.parameters, c, at).transpose());
+        factor.half(derivative(design.model, design.parameters, c, at).transpose());
     const double mm = std::sqrt(half.leftCols<2>().squaredNorm()), rad = half.col(2).norm();
     u.mean_mm += mm / static_cast<double>(where.size());
     u.mean_rad += rad / static_cast<double>(where.size());

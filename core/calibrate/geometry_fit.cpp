@@ -1,13 +1,13 @@
 #include "core/calibrate/geometry_fit.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/linear/products.hpp"
+#include "core/linear/singular_values.hpp"
 #include "core/statistics/limits.hpp"
 
 namespace trammel {
@@ -108,38 +108,32 @@ std::optional<WhitenedSystem> system_within_reach(const RobotModel& model,
     system.residual.segment<3>(row) =
         (reading.measured->vector() - at.pose.vector()).cwiseQuotient(s);
     system.jacobian.middleRows<3>(row) =
-        s.cwiseInverse().asDiagonal() * derivative(model, parameters, reading.conditions, at);
+        derivative(model, parameters, reading.conditions, at, s.cwiseInverse());
     row += 3;
   }
   return system;
-}
-
-Eigen::JacobiSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& jacobian) {
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
-  const Eigen::Index n = std::min(jacobian.rows(), jacobian.cols());
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(R, Eigen::ComputeThinV);
 }
 
 /// Steps from one linearisation: Gauss-Newton's on the truncated decomposition, and shorter ones.
 class Steps {
  public:
   Steps(const WhitenedSystem& system, const Eigen::VectorXd& z) {
-    const auto svd = decompose(system.jacobian);
-    const Eigen::Index rank = (svd.singularValues().array() > kLeastSignal).count();
-    V_ = svd.matrixV().leftCols(rank);
-    s_ = svd.singularValues().head(rank);
-    along_ = V_.transpose() * (system.jacobian.transpose() * system.residual);
-    back_ = V_ * (V_.transpose() * z) - z;  // minimum change from the start: of z, not of the step
+    const Identifiable known = identifiable(system.jacobian);
+    V_ = known.directions;
+    s_ = known.singular.head(known.rank);
+    along_ = transposed_times(V_, transposed_times(system.jacobian, system.residual));
+    back_ = -without(V_, z);  // minimum change from the start: of z, not of the step
   }
 
   /// `lambda` in units of the largest s^2; `home`: what readings do not know goes back to the
   /// start.
   [[nodiscard]] Eigen::VectorXd with(double lambda, bool home) const {
     const double damping = s_.size() > 0 ? lambda * s_[0] * s_[0] : 0;
-    const Eigen::VectorXd known =
-        V_ * along_.cwiseQuotient((s_.array().square() + damping).matrix());
-    return home ? Eigen::VectorXd(known + back_ / (1 + lambda)) : known;
+    Eigen::VectorXd scaled = along_;
+    for (Eigen::Index k = 0; k < s_.size(); ++k) scaled[k] /= s_[k] * s_[k] + damping;
+    Eigen::VectorXd step = times(V_, scaled);
+    if (home) step += back_ / (1 + lambda);
+    return step;
   }
 
   /// The most that the undamped step moves the readings along one direction, sigmas.
@@ -175,12 +169,19 @@ void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> read
 }
 
 Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian) {
-  const auto svd = decompose(whitened_jacobian);
+  SingularValues svd = singular_values(whitened_jacobian);
   Identifiable result;
-  result.singular = svd.singularValues();
-  result.rank = (result.singular.array() > kLeastSignal).count();
-  result.directions = svd.matrixV().leftCols(result.rank);
+  result.singular = std::move(svd.singular);
+  while (result.rank < result.singular.size() && result.singular[result.rank] > kLeastSignal) {
+    ++result.rank;
+  }
+  result.directions = svd.V.leftCols(result.rank);
   return result;
+}
+
+Eigen::MatrixXd covariance(const Identifiable& known) {
+  const Eigen::VectorXd s = known.singular.head(known.rank);
+  return weighted_outer(known.directions, s.cwiseAbs2().cwiseInverse());
 }
 
 GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readings,
@@ -246,10 +247,7 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   WhitenedSystem system = weighted(fit.system, fit.weights);
   if (options.tolerance_prior) add_prior(system, fit.z);
   fit.identified = identifiable(system.jacobian);
-  const Eigen::MatrixXd& V = fit.identified.directions;
-  const Eigen::VectorXd variance =
-      fit.identified.singular.head(fit.identified.rank).cwiseAbs2().cwiseInverse();
-  fit.covariance = V * variance.asDiagonal() * V.transpose();
+  fit.covariance = covariance(fit.identified);
   fit.chi2 = fit.system.residual.squaredNorm();
   fit.dof = static_cast<int>(fit.system.residual.size() - fit.identified.rank);
   return fit;
@@ -260,32 +258,31 @@ std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
                                                double false_alarm) {
   TRAMMEL_ASSERT(fit.weights.size() == static_cast<Eigen::Index>(readings.size()));
   const double limit = chi2_limit(false_alarm / static_cast<double>(readings.size()), 3);
-  const Eigen::MatrixXd J = fit.system.jacobian * fit.identified.directions;
+  const Eigen::MatrixXd J = product(fit.system.jacobian, fit.identified.directions);
   // the normal equations of the readings that are left; at the solution their right side is zero
-  Eigen::MatrixXd normal =
-      fit.identified.singular.head(fit.identified.rank).cwiseAbs2().asDiagonal();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(J.cols(), J.cols());
+  normal.diagonal() = fit.identified.singular.head(fit.identified.rank).cwiseAbs2();
   Eigen::VectorXd right = Eigen::VectorXd::Zero(J.cols());
   std::vector<bool> out(readings.size(), false);
   std::vector<double> d2(readings.size());
   const auto judge = [&] {
-    const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
-    const Eigen::VectorXd residual = fit.system.residual - J * solver.solve(right);
+    const Eigen::MatrixXd inverse = inverse_symmetric(normal);
+    const Eigen::VectorXd residual = fit.system.residual - times(J, times(inverse, right));
+    const Eigen::MatrixXd solved = product(J, inverse);
     const double variance = std::pow(spread(residual), 2);
     for (std::size_t k = 0; k < readings.size(); ++k) {
       const auto i = static_cast<Eigen::Index>(k);
-      const Eigen::Matrix3Xd rows = J.middleRows<3>(3 * i);
-      const Eigen::Matrix3d expected =
-          Eigen::Matrix3d::Identity() +
-          (out[k] ? 1 : -fit.weights[i]) * (rows * solver.solve(rows.transpose()));
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(expected);
+      Eigen::Matrix3d expected = rows_product(J.middleRows<3>(3 * i), solved.middleRows<3>(3 * i));
+      expected *= out[k] ? 1 : -fit.weights[i];
+      expected.diagonal().array() += 1;
+      const SymmetricEigen3 eigen = symmetric_eigen(expected);
+      d2[k] = 0;
       // a reading that alone determines something is fitted whatever it says: nothing judges it
-      d2[k] = eigen.eigenvalues()[0] < kJudged
-                  ? 0
-                  : (eigen.eigenvectors().transpose() * residual.segment<3>(3 * i))
-                            .cwiseAbs2()
-                            .cwiseQuotient(eigen.eigenvalues())
-                            .sum() /
-                        variance;
+      if (eigen.values[0] < kJudged) continue;
+      const Eigen::Vector3d r = residual.segment<3>(3 * i);
+      for (int c = 0; c < 3; ++c) {
+        d2[k] += std::pow(eigen.vectors.col(c).dot(r), 2) / (eigen.values[c] * variance);
+      }
     }
   };
   judge();
@@ -297,8 +294,8 @@ std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
     if (worst == readings.size()) break;
     const auto i = static_cast<Eigen::Index>(worst);
     const Eigen::Matrix3Xd rows = J.middleRows<3>(3 * i);
-    normal -= fit.weights[i] * rows.transpose() * rows;
-    right -= fit.weights[i] * rows.transpose() * fit.system.residual.segment<3>(3 * i);
+    add_gram(normal, rows, -fit.weights[i]);
+    right -= fit.weights[i] * transposed_times(rows, fit.system.residual.segment<3>(3 * i));
     out[worst] = true;
     judge();
   }
@@ -316,7 +313,7 @@ PredictedPose predict_with_covariance(const GeometryFit& fit, const Conditions& 
     throw InputError({.what = "the model cannot reach the commanded displacements asked for"});
   }
   const Eigen::Matrix3Xd J = derivative(fit.model, fit.parameters, conditions, at);
-  return {at.pose, J * fit.covariance * J.transpose()};
+  return {at.pose, rows_product(product(J, fit.covariance), J)};
 }
 
 }  // namespace trammel

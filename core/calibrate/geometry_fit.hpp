@@ -36,6 +36,10 @@ struct Identifiable {
 };
 Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian);
 
+/// Of z for known sigma, V S^-2 V' on the directions (pseudo-inverse), shape (parameters,
+/// parameters).
+Eigen::MatrixXd covariance(const Identifiable& known);
+
 /// Makes successive readings independent whose noise is correlated in time (AR(1), per epoch):
 ///   row_i <- (row_i - rho^d row_(i-1)) / sqrt(1 - rho^(2 d)),  d = seq_i - seq_(i-1)
 /// for the 3 rows of each reading in `rows`, shape (3N, any). Nothing happens for rho = 0.

@@ -1,10 +1,11 @@
 #include "core/calibrate/gp.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/linear/products.hpp"
 
 namespace trammel {
 
@@ -50,11 +51,11 @@ Eigen::ArrayXd covariance_row(const GpMap& map, const GpJoint& joint, Place at) 
              .exp();
 }
 
-Eigen::LLT<Eigen::MatrixXd> factor(const GpMap& map, const GpJoint& joint) {
+Cholesky factor(const GpMap& map, const GpJoint& joint) {
   Eigen::MatrixXd K =
       joint.signal_mm * joint.signal_mm * correlation(map.x_mm, map.y_mm, joint.length_mm);
   K.diagonal().array() += joint.noise_mm * joint.noise_mm;
-  return Eigen::LLT<Eigen::MatrixXd>(K);
+  return Cholesky(std::move(K));
 }
 
 }  // namespace
@@ -82,14 +83,12 @@ GpMap fit_gp(std::span<const JointSample> samples) {
   best.fill(-INFINITY);
   for (int l = 0; l < kLengths; ++l) {
     const double length = length_at(l);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-        correlation(map.x_mm, map.y_mm, length));
-    const Eigen::MatrixX3d turned = eigen.eigenvectors().transpose() * y;
+    const SymmetricEigen eigen = symmetric_eigen(correlation(map.x_mm, map.y_mm, length));
+    const Eigen::MatrixXd turned = transposed_product(eigen.vectors, y);
     for (int r = 0; r < kRatios; ++r) {
       for (int i = 0; i < 3; ++i) {
         double signal2 = 0;
-        const double likelihood =
-            log_likelihood(eigen.eigenvalues(), turned.col(i), ratio_at(r), signal2);
+        const double likelihood = log_likelihood(eigen.values, turned.col(i), ratio_at(r), signal2);
         auto& winner = best[static_cast<std::size_t>(i)];
         if (likelihood <= winner) continue;
         winner = likelihood;
@@ -103,7 +102,7 @@ GpMap fit_gp(std::span<const JointSample> samples) {
   }
   for (int i = 0; i < 3; ++i) {
     GpJoint& joint = map.joints[static_cast<std::size_t>(i)];
-    joint.weights = factor(map, joint).solve(y.col(i));
+    joint.weights = factor(map, joint).solve(Eigen::VectorXd(y.col(i)));
   }
   return map;
 }

@@ -4,9 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "core/error.hpp"
-#include "core/linear/least_squares.hpp"
+#include "core/linear/products.hpp"
 #include "core/linear/singular_values.hpp"
 #include "core/units.hpp"
 
@@ -168,21 +169,15 @@ Identifiability identifiability(const Eigen::MatrixXd& A,
                                 const std::vector<ScaledParameter>& parameters, int n_poses) {
   const Eigen::Index n = A.cols();
   TRAMMEL_ASSERT(static_cast<std::size_t>(n) == parameters.size() && n > 0);
-  // A = Q R P': the singular values of A are those of R, and V of A is P V of R
-  const PivotedQr qr =
-      pivoted_qr(A, Eigen::VectorXd::Zero(A.rows()), static_cast<int>(std::min(A.rows(), n)));
-  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(n, n);
-  R.topRows(qr.R.rows()) = qr.R;
-  const SingularValues svd = singular_values(R);
+  SingularValues svd = singular_values(A);
   Identifiability result;
   result.n_poses = n_poses;
-  result.singular = svd.singular;
+  result.singular = std::move(svd.singular);
   const double rounding = static_cast<double>(std::max<Eigen::Index>(3 * n_poses, n)) *
                           std::numeric_limits<double>::epsilon() * result.singular[0];
   result.rank_machine = count_above(result.singular, rounding);
   result.rank = std::min(count_above(result.singular, kLeastSignal), result.rank_machine);
-  result.directions.resize(n, n);
-  result.directions(qr.columns, Eigen::all) = svd.V;
+  result.directions = std::move(svd.V);
   result.observability = observability_of(result.singular, result.rank, result.n_poses);
 
   const Eigen::MatrixXd null = result.directions.rightCols(n - result.rank);
@@ -200,12 +195,12 @@ Identifiability identifiability(const Eigen::MatrixXd& A,
 
 Eigen::MatrixXd covariance(const Identifiability& of,
                            const std::vector<ScaledParameter>& parameters) {
-  const Eigen::MatrixXd V = of.directions.leftCols(of.rank);
-  Eigen::MatrixXd half = V * of.singular.head(of.rank).cwiseInverse().asDiagonal();
+  Eigen::MatrixXd half = of.directions.leftCols(of.rank);
+  for (Eigen::Index k = 0; k < half.cols(); ++k) half.col(k) *= 1 / of.singular[k];
   for (Eigen::Index k = 0; k < half.rows(); ++k) {
     half.row(k) *= parameters[static_cast<std::size_t>(k)].tolerance;
   }
-  return half * half.transpose();
+  return product_transposed(half, half);
 }
 
 std::vector<IdentifiedCombination> identified_combinations(
@@ -234,7 +229,7 @@ std::vector<IdentifiedCombination> identified_combinations(
       c.members.push_back(d.pivot);
     }
     if (values.size() == n) c.value = c.of.dot(values);
-    c.standard_uncertainty = std::sqrt(std::max(0.0, c.of.dot(covariance * c.of)));
+    c.standard_uncertainty = std::sqrt(std::max(0.0, c.of.dot(times(covariance, c.of))));
     all.push_back(std::move(c));
   }
   return all;
@@ -244,7 +239,7 @@ std::vector<Correlation> strong_correlations(const std::vector<IdentifiedCombina
                                              const Eigen::MatrixXd& covariance) {
   std::vector<Correlation> strong;
   for (std::size_t a = 0; a < of.size(); ++a) {
-    const Eigen::VectorXd with = covariance * of[a].of;
+    const Eigen::VectorXd with = times(covariance, of[a].of);
     for (std::size_t b = a + 1; b < of.size(); ++b) {
       const double size = of[a].standard_uncertainty * of[b].standard_uncertainty;
       const double r = size > 0 ? with.dot(of[b].of) / size : 0;

@@ -1,13 +1,13 @@
 #include "core/calibrate/lsq.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "core/calibrate/lsq_system.hpp"
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
 #include "core/linear/least_squares.hpp"
+#include "core/linear/products.hpp"
 
 namespace trammel {
 
@@ -20,8 +20,7 @@ constexpr double kStill =
 Eigen::VectorXd least_change(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                              const Identifiability& known) {
   const Eigen::MatrixXd V = known.directions.leftCols(known.rank);
-  const Eigen::MatrixXd AV = A * V;
-  return V * AV.householderQr().solve(b);
+  return times(V, least_squares(product(A, V), b));
 }
 
 /// Of the parameters, mm and rad: with phi's rows weighted w times too high their noise is w,
@@ -35,8 +34,7 @@ Eigen::MatrixXd weighted_covariance(Eigen::MatrixXd A, const Identifiability& kn
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     A.col(static_cast<Eigen::Index>(k)) /= parameters[k].tolerance;
   }
-  const Eigen::MatrixXd DAC = A * C;
-  return DAC.transpose() * DAC;
+  return gram(product(A, C));
 }
 
 struct Solution {
@@ -106,7 +104,7 @@ Solution solve(const LsqSystem& system, const CompactSystem& small, const LsqOpt
     s.directions(columns, Eigen::all) = moving;
     s.rounds.push_back({.columns = static_cast<int>(columns.size()),
                         .rank = known.rank,
-                        .weighted_rss = small.left2 + (small.b - A * part).squaredNorm(),
+                        .weighted_rss = small.left2 + (small.b - times(A, part)).squaredNorm(),
                         .dropped = {}});
     s.covariance.setZero(system.A.cols(), system.A.cols());
     s.covariance(columns, columns) = weighted_covariance(system.A(Eigen::all, columns), known,
@@ -127,8 +125,8 @@ Solution solve(const LsqSystem& system, const CompactSystem& small, const LsqOpt
 /// what the normal equations lose; where all end the gradient A'b is zero either way.
 Eigen::VectorXd step_within(const Eigen::MatrixXd& D, const LsqSystem& system) {
   const NormalEquations all = normal_equations(system.A, system.b);
-  const Eigen::MatrixXd AtA = D.transpose() * (all.AtA * D);
-  return D * AtA.ldlt().solve(D.transpose() * all.Atb);
+  const Eigen::MatrixXd AtA = transposed_product(D, product(all.AtA, D));
+  return times(D, solve_symmetric(AtA, transposed_times(D, all.Atb)));
 }
 
 /// From tolerances to mm and rad.
@@ -161,7 +159,7 @@ void fill_robot(const Mechanism& mechanism, const LsqSystem& system, const Eigen
 /// deviations: 1 and 1 where noise explains all and many readings share few parameters.
 void fill_residuals(const LsqSystem& system, const Eigen::VectorXd& z, double attitude_weight,
                     LsqResult& result) {
-  const Eigen::VectorXd left = system.b - system.A * z;
+  const Eigen::VectorXd left = system.b - times(system.A, z);
   result.weighted_rss = left.squaredNorm();
   double position = 0, attitude = 0;
   for (Eigen::Index row = 0; row < left.size(); row += 3) {

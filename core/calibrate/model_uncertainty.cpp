@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/linear/products.hpp"
 
 namespace trammel {
 
@@ -27,11 +28,9 @@ ModelUncertainty model_uncertainty(const RobotModel& model, std::span<const Read
   const auto rows = static_cast<double>(system.residual.size());
   const double freedom = rows - static_cast<double>(known.rank);
   const double s2 = freedom > 0 ? std::max(1.0, system.residual.squaredNorm() / freedom) : 1.0;
-  const Eigen::MatrixXd& V = known.directions;
-  const Eigen::VectorXd variance = s2 * known.singular.head(known.rank).cwiseAbs2().cwiseInverse();
-  const Eigen::Index n = V.rows();
-  out.covariance = V * variance.asDiagonal() * V.transpose() +
-                   (Eigen::MatrixXd::Identity(n, n) - V * V.transpose());
+  const Eigen::Index n = known.directions.rows();
+  out.covariance = s2 * covariance(known) +
+                   without(known.directions, Eigen::MatrixXd(Eigen::MatrixXd::Identity(n, n)));
   double xy = 0, phi = 0;
   for (Eigen::Index i = 0; i < system.residual.size(); i += 3) {
     xy += system.residual.segment<2>(i).squaredNorm();
@@ -52,7 +51,7 @@ Eigen::Matrix3d pose_covariance(const ModelUncertainty& of, const Conditions& co
   const Eigen::Matrix3Xd J = derivative(of.model, of.parameters, conditions, at);
   const Eigen::Vector3d left(of.lack_xy_mm, of.lack_xy_mm, of.lack_phi_rad);
   const Eigen::Matrix3d spread = left.cwiseAbs2().asDiagonal();
-  return J * of.covariance * J.transpose() + spread;
+  return rows_product(product(J, of.covariance), J) + spread;
 }
 
 }  // namespace trammel

@@ -1,8 +1,5 @@
 #include "core/calibrate/optimal_plan.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,6 +7,8 @@
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/linear/products.hpp"
 #include "core/plan/grids.hpp"
 #include "core/statistics/random.hpp"
 
@@ -73,12 +72,9 @@ class Exchange {
   }
 
   [[nodiscard]] double value() const {
-    if (criterion_ == Criterion::E) return lambda_min(M_);
-    const Eigen::LLT<Eigen::MatrixXd> factor(M_);
-    if (criterion_ == Criterion::D) {
-      return 2 * factor.matrixLLT().diagonal().array().log().sum();
-    }
-    return factor.solve(Eigen::MatrixXd::Identity(M_.rows(), M_.cols())).trace();
+    if (criterion_ == Criterion::E) return smallest_eigenvalue(M_);
+    const Cholesky factor(M_);
+    return criterion_ == Criterion::D ? factor.log_determinant() : factor.inverse().trace();
   }
 
   /// Every point in turn; true when one was exchanged.
@@ -101,28 +97,24 @@ class Exchange {
   [[nodiscard]] const std::vector<Eigen::Index>& chosen() const { return chosen_; }
 
  private:
-  static double lambda_min(const Eigen::MatrixXd& M) {
-    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(M, Eigen::EigenvaluesOnly)
-        .eigenvalues()[0];
-  }
-
   void add(Eigen::Index candidate, double sign) {
-    const auto h = H_.middleRows<3>(3 * candidate);
-    M_.noalias() += sign * h.transpose() * h;
+    add_gram(M_, H_.middleRows<3>(3 * candidate), sign);
   }
 
   /// D: log det(I + h P h'); A: tr((I + h P h')^-1 h P P h'), P = M^-1 (matrix determinant lemma,
   /// Woodbury).
   [[nodiscard]] Eigen::VectorXd gains_DA() const {
-    const Eigen::MatrixXd P = M_.llt().solve(Eigen::MatrixXd::Identity(M_.rows(), M_.cols()));
-    const Eigen::MatrixXd HP = H_ * P;
+    const Eigen::MatrixXd HP = product(H_, Cholesky(M_).inverse());
     Eigen::VectorXd gains(H_.rows() / 3);
     for (Eigen::Index c = 0; c < gains.size(); ++c) {
       const auto hP = HP.middleRows<3>(3 * c);
       const Eigen::Matrix3d small =
-          Eigen::Matrix3d::Identity() + hP * H_.middleRows<3>(3 * c).transpose();
-      gains[c] = criterion_ == Criterion::D ? std::log(small.determinant())
-                                            : (small.inverse() * (hP * hP.transpose())).trace();
+          Eigen::Matrix3d::Identity() + rows_product(hP, H_.middleRows<3>(3 * c));
+      if (criterion_ == Criterion::D) {
+        gains[c] = std::log(determinant(small));
+      } else {
+        gains[c] = (inverse(small) * rows_product(hP, hP)).trace();
+      }
     }
     return gains;
   }
@@ -130,9 +122,7 @@ class Exchange {
   /// lambda_min with each candidate of the short list, and with the one that was there; the others
   /// get nothing.
   [[nodiscard]] Eigen::VectorXd gains_E(Eigen::Index was) const {
-    const Eigen::VectorXd weakest =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(M_).eigenvectors().col(0);
-    const Eigen::VectorXd stretched = H_ * weakest;
+    const Eigen::VectorXd stretched = times(H_, symmetric_eigen(M_).vectors.col(0));
     std::vector<Eigen::Index> order(static_cast<std::size_t>(H_.rows() / 3));
     std::iota(order.begin(), order.end(), Eigen::Index{0});
     const auto more = [&](Eigen::Index a, Eigen::Index b) {
@@ -147,8 +137,9 @@ class Exchange {
     order.push_back(was);
     Eigen::VectorXd gains = Eigen::VectorXd::Zero(H_.rows() / 3);
     for (const Eigen::Index c : order) {
-      const auto h = H_.middleRows<3>(3 * c);
-      gains[c] = lambda_min(M_ + h.transpose() * h);
+      Eigen::MatrixXd with = M_;
+      add_gram(with, H_.middleRows<3>(3 * c), 1);
+      gains[c] = smallest_eigenvalue(with);
     }
     return gains;
   }
@@ -215,7 +206,7 @@ OptimalPlan optimal_plan(const Mechanism& mechanism, const OptimalRequest& reque
   for (int k = 0; k < request.points; ++k) {
     start.push_back(static_cast<Eigen::Index>(random.below(candidates.size())));
   }
-  Exchange exchange(J * identifiable(J).directions, request.criterion, start);
+  Exchange exchange(product(J, identifiable(J).directions), request.criterion, start);
   OptimalPlan result;
   result.candidates = static_cast<int>(candidates.size());
   result.at_start = exchange.value();

@@ -80,7 +80,8 @@ RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
 }
 
 Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParameter>& parameters,
-                            const Conditions& conditions, const Prediction& at) {
+                            const Conditions& conditions, const Prediction& at,
+                            const Eigen::Vector3d& weight) {
   Eigen::Matrix3Xd J(3, static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const FreeParameter& p = parameters[j];
@@ -98,7 +99,8 @@ Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParam
         if (p.index == 2) d.head<2>() << -at.pose.y_mm, at.pose.x_mm;  // turned about O_A
       }
     }
-    J.col(static_cast<Eigen::Index>(j)) = p.scale * d;
+    d *= p.scale;
+    J.col(static_cast<Eigen::Index>(j)) = weight.cwiseProduct(d);
   }
   return J;
 }

@@ -43,8 +43,10 @@ std::vector<ScaledParameter> scaled_parameters(const std::vector<FreeParameter>&
 RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
                  const Eigen::VectorXd& step);
 
-/// Derivative of a predicted reading by every parameter (per unit of its scale), shape (3, n).
+/// Derivative of a predicted reading by every parameter (per unit of its scale), shape (3, n); its
+/// rows times `weight`.
 Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParameter>& parameters,
-                            const Conditions& conditions, const Prediction& at);
+                            const Conditions& conditions, const Prediction& at,
+                            const Eigen::Vector3d& weight = Eigen::Vector3d::Ones());
 
 }  // namespace trammel

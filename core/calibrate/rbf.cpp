@@ -1,12 +1,14 @@
 #include "core/calibrate/rbf.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
 #include "core/linear/lanes.hpp"
+#include "core/linear/products.hpp"
 #include "core/plane/kmeans.hpp"
 
 namespace trammel {
@@ -37,15 +39,15 @@ Fit solve(const Problem& problem, double sigma_mm) {
   Eigen::MatrixXd Phi(n, m + 1);
   Phi.leftCols(m) = (problem.d2 * (-1.0 / (sigma_mm * sigma_mm))).exp().matrix();
   Phi.col(m).setOnes();
-  Eigen::MatrixXd G = Phi.transpose() * Phi;
+  Eigen::MatrixXd G = gram(Phi);
   const double lambda = problem.relative_ridge * G.diagonal().mean();
   G.diagonal().head(m).array() += lambda;
-  const Eigen::LLT<Eigen::MatrixXd> factor(G);
+  const Cholesky factor(std::move(G));
   Fit fit;
-  fit.weights = factor.solve(Phi.transpose() * problem.errors);
-  const Eigen::MatrixXd half = factor.matrixL().solve(Phi.transpose());
+  fit.weights = factor.solve(transposed_product(Phi, problem.errors));
+  const Eigen::MatrixXd half = factor.half(Phi.transpose());
   const Eigen::ArrayXd kept = 1.0 - half.colwise().squaredNorm().transpose().array();
-  const Errors residual = problem.errors - Phi * fit.weights;
+  const Errors residual = problem.errors - product(Phi, fit.weights);
   // A sample the network reproduces whatever its value cannot be predicted from the others.
   const Eigen::ArrayXd safe = kept.max(1e-12);
   const double sum = (residual.array().colwise() / safe).square().sum();

@@ -83,7 +83,7 @@ std::vector<AuditRow> audit_design(const ResidualSpace& space) {
   for (std::size_t e = 0; e < rows.size(); ++e) {
     for (std::size_t other = 0; other < rows.size(); ++other) {
       if (other == e || bases[e].cols() == 0 || bases[other].cols() == 0) continue;
-      const double shared = (bases[other].transpose() * signals[e].projected).squaredNorm() /
+      const double shared = transposed_product(bases[other], signals[e].projected).squaredNorm() /
                             signals[e].projected.squaredNorm();
       if (shared > kAliasShare) rows[e].aliases.push_back({rows[other].effect, shared});
     }

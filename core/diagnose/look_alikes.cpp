@@ -100,7 +100,7 @@ Eigen::MatrixXd signals_of(const Library& library, const std::vector<int>& units
 
 /// What of the columns stands beside an orthonormal span.
 Eigen::MatrixXd beside(const Eigen::MatrixXd& span, const Eigen::MatrixXd& columns) {
-  return columns - span * (span.transpose() * columns);
+  return without(span, columns);
 }
 
 /// One effect of the best set, taken out: the span that it leaves free, and what it explains there.
@@ -118,7 +118,7 @@ Place place_of(const ResidualSpace& space, const Library& library, const Candida
       .kept = orthonormal(space.project(signals_of(library, others))), .span = {}, .seen = {}};
   place.span = orthonormal(beside(
       place.kept, space.project(signals_of(library, units_of(library, best, effect, true)))));
-  place.seen = place.span * (place.span.transpose() * space.residual);
+  place.seen = within(place.span, space.residual);
   place.price = price_of(library, best.units) - price_of(library, others);
   return place;
 }
@@ -132,11 +132,10 @@ void try_rails(const ResidualSpace& space, const Place& place, const Eigen::Matr
       if ((choice >> k & 1U) != 0) chosen.push_back(k);
     }
     const Eigen::MatrixXd span = orthonormal(beside(place.kept, rails(Eigen::all, chosen)));
-    const Eigen::VectorXd seen = span * (span.transpose() * space.residual);
+    const Eigen::VectorXd seen = within(span, space.residual);
     // what either can't imitate of the other as fitted
     const double told =
-        std::max((place.seen - span * (span.transpose() * place.seen)).squaredNorm(),
-                 (seen - place.span * (place.span.transpose() * seen)).squaredNorm());
+        std::max(without(span, place.seen).squaredNorm(), without(place.span, seen).squaredNorm());
     const auto n = static_cast<double>(chosen.size());
     const double price =
         kPriceOfName + kPriceOfParameter + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));

@@ -1,13 +1,12 @@
 #include "core/diagnose/next_points.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
 #include "core/diagnose/selection.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/linear/singular_values.hpp"
 #include "core/mechanism/velocity.hpp"
 #include "core/units.hpp"
 
@@ -95,7 +94,7 @@ class Design {
     Seen s;
     s.reading.conditions = conditions;
     s.at = moment_of(base_.model, conditions);
-    s.base = inverse_sigma_.asDiagonal() * derivative(base_.model, parameters_, conditions, s.at);
+    s.base = derivative(base_.model, parameters_, conditions, s.at, inverse_sigma_);
     return s;
   }
   [[nodiscard]] Eigen::Vector3d effect(const Seen& s, const Tie::Term& term) const {
@@ -136,20 +135,20 @@ struct Imitation {
   Eigen::VectorXd b;
 
   void add(const Rows& rows, double sign = 1) {
-    N += sign * rows.columns.transpose() * rows.columns;
-    moment += sign * rows.columns.transpose() * rows.signal;
+    add_gram(N, rows.columns, sign);
+    moment += sign * transposed_times(rows.columns, rows.signal);
     energy += sign * rows.signal.squaredNorm();
   }
   void solve() {
-    inverse = N.ldlt().solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()));
-    b = inverse * moment;
+    inverse = inverse_symmetric(N);
+    b = times(inverse, moment);
   }
   [[nodiscard]] double leftover() const { return std::max(0.0, energy - moment.dot(b)); }
   [[nodiscard]] double gain(const Rows& rows) const {
-    const Eigen::Vector3d d = rows.signal - rows.columns * b;
-    const Eigen::Matrix3Xd half = rows.columns * inverse;
-    const Eigen::Matrix3d C = Eigen::Matrix3d::Identity() + half * rows.columns.transpose();
-    return d.dot(C.ldlt().solve(d));
+    const Eigen::Vector3d d = rows.signal - times(rows.columns, b);
+    const Eigen::Matrix3d C =
+        Eigen::Matrix3d::Identity() + rows_product(product(rows.columns, inverse), rows.columns);
+    return d.dot(solve_symmetric(C, d));
   }
 };
 
@@ -178,16 +177,15 @@ void reduce(std::vector<Rows>& all) {
     A.block(static_cast<Eigen::Index>(3 * i), 0, 3, n) = all[i].columns;
     A.block<3, 1>(static_cast<Eigen::Index>(3 * i), n) = all[i].signal;
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A.leftCols(n));
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& s = svd.singularValues();
+  const SingularValues svd = singular_values(A.leftCols(n));
+  const Eigen::VectorXd& s = svd.singular;
   const Eigen::Index rank = (s.array() > kIndependent * s[0]).count();
-  const Eigen::MatrixXd T = svd.matrixV().leftCols(rank) * s.head(rank).cwiseInverse().asDiagonal();
-  const Eigen::VectorXd b = (A.leftCols(n) * T).transpose() * A.col(n);
+  Eigen::MatrixXd T = svd.V.leftCols(rank);
+  for (Eigen::Index k = 0; k < rank; ++k) T.col(k) /= s[k];
+  const Eigen::VectorXd b = transposed_times(product(A.leftCols(n), T), A.col(n));
   for (Rows& rows : all) {
-    rows.columns = (rows.columns * T).eval();
-    rows.signal -= rows.columns * b;
+    rows.columns = product(rows.columns, T);
+    rows.signal -= times(rows.columns, b);
   }
 }
 

@@ -1,12 +1,12 @@
 #include "core/diagnose/noise.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/diagnose/dictionary.hpp"
 #include "core/diagnose/selection.hpp"
 #include "core/diagnose/structure.hpp"
+#include "core/linear/decompositions.hpp"
 
 namespace trammel {
 
@@ -22,13 +22,12 @@ Eigen::VectorXd distances(const Eigen::MatrixXd& U, const Eigen::VectorXd& r,
                           const Eigen::VectorXd& weight) {
   Eigen::VectorXd d(weight.size());
   for (Eigen::Index i = 0; i < d.size(); ++i) {
-    const auto rows = U.middleRows<3>(3 * i);
-    const Eigen::Matrix3d H = rows * rows.transpose();
+    const Eigen::Matrix3d H = rows_product(U.middleRows<3>(3 * i), U.middleRows<3>(3 * i));
     const double w2 = weight[i] * weight[i];
     const Eigen::Matrix3d C =
         (Eigen::Matrix3d::Identity() - H) * (Eigen::Matrix3d::Identity() + (1 - w2) / w2 * H);
     const Eigen::Vector3d ri = r.segment<3>(3 * i);
-    d[i] = ri.dot(C.fullPivLu().solve(ri));
+    d[i] = ri.dot(solve_square(C, ri));
   }
   return d;
 }
@@ -65,7 +64,7 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
       r.segment<3>(3 * i) *= weight[i];
     }
     const Eigen::MatrixXd U = orthonormal(weighted);
-    r -= U * (U.transpose() * r);
+    r = without(U, r);
     for (Eigen::Index i = 0; i < n; ++i) r.segment<3>(3 * i) /= weight[i];
     fit.distance = distances(U, r, weight);
     fit.distance /= median(fit.distance) / kMedianChi2Of3;
@@ -106,7 +105,7 @@ bool in_a_row(const std::vector<std::size_t>& places) {
 
 NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
   const Eigen::MatrixXd U = orthonormal(all_columns(space, signals));
-  const Eigen::VectorXd r = space.residual - U * (U.transpose() * space.residual);
+  const Eigen::VectorXd r = without(U, space.residual);
   const Eigen::VectorXd left = Eigen::VectorXd::Ones(space.rows()) - U.rowwise().squaredNorm();
   double xy = 0, xy_dof = 0, phi = 0, phi_dof = 0;
   for (Eigen::Index i = 0; i < space.rows(); ++i) {

@@ -1,9 +1,9 @@
 #include "core/diagnose/residual_space.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <unsupported/Eigen/SpecialFunctions>
+
+#include "core/linear/decompositions.hpp"
 
 namespace trammel {
 
@@ -16,7 +16,7 @@ ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> re
   for (const Reading& reading : readings) {
     space.predictions.push_back(moment_of(fit.model, reading.conditions));
   }
-  space.Q = orthonormal(fit.system.jacobian * fit.identified.directions, 0);
+  space.Q = orthonormal(product(fit.system.jacobian, fit.identified.directions), 0);
   space.residual = space.project(fit.system.residual);
   return space;
 }
@@ -27,13 +27,7 @@ double chi2_tail(double value, double k) {
 }
 
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns, double surviving) {
-  if (columns.cols() == 0) return columns;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-  const auto diagonal = qr.matrixQR().diagonal().cwiseAbs();
-  const double largest = diagonal.size() > 0 ? diagonal[0] : 0;
-  const Eigen::Index rank =
-      largest > 0 ? (diagonal.array() > std::max(surviving, 1e-10) * largest).count() : 0;
-  return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), rank);
+  return orthonormal_basis(columns, std::max(surviving, 1e-10));
 }
 
 }  // namespace trammel

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/calibrate/geometry_fit.hpp"
+#include "core/linear/products.hpp"
 #include "core/measure/reading.hpp"
 #include "core/model/robot_model.hpp"
 
@@ -28,7 +29,7 @@ struct ResidualSpace {
   [[nodiscard]] Eigen::Index rows() const { return residual.size(); }
   [[nodiscard]] int dof() const { return static_cast<int>(rows() - Q.cols()); }
   [[nodiscard]] Eigen::MatrixXd project(const Eigen::MatrixXd& signal) const {
-    return signal - Q * (Q.transpose() * signal);
+    return without(Q, signal);
   }
 };
 

@@ -1,9 +1,10 @@
 #include "core/diagnose/selection.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "core/linear/decompositions.hpp"
 
 namespace trammel {
 
@@ -57,12 +58,10 @@ std::optional<Candidate> solve(const Library& library, const std::vector<int>& u
       G(i, j) = library.gram(ci, columns[static_cast<std::size_t>(j)]) * scale[i] * scale[j];
     }
   }
-  const Eigen::LLT<Eigen::MatrixXd> llt(G);
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  const Eigen::MatrixXd L = llt.matrixL();
-  if (L.diagonal().cwiseAbs2().minCoeff() < kCollinear) return std::nullopt;
-  const Eigen::VectorXd scaled = llt.solve(b);
-  const Eigen::MatrixXd inverse = llt.solve(Eigen::MatrixXd::Identity(n, n));
+  const Cholesky factor(std::move(G));
+  if (!factor.ok() || factor.pivots().minCoeff() < kCollinear) return std::nullopt;
+  const Eigen::VectorXd scaled = factor.solve(b);
+  const Eigen::MatrixXd inverse = factor.inverse();
   c.gain = b.dot(scaled);
   c.values = scaled.cwiseProduct(scale);
   c.std = inverse.diagonal().cwiseSqrt().cwiseProduct(scale);
@@ -175,8 +174,8 @@ Library make_library(const ResidualSpace& space) {
   library.usual_max = Eigen::Map<Eigen::VectorXd>(highest.data(), n);
   library.usual_min = Eigen::Map<Eigen::VectorXd>(lowest.data(), n);
   const Eigen::MatrixXd projected = space.project(library.signals);
-  library.gram = projected.transpose() * projected;
-  library.moment = projected.transpose() * space.residual;
+  library.gram = gram(projected);
+  library.moment = transposed_times(projected, space.residual);
   return library;
 }
 
@@ -379,23 +378,24 @@ std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& l
         known.col(at++) = library.signals.col(c);
     }
     const Eigen::MatrixXd K = orthonormal(space.project(known));
-    const Eigen::VectorXd r = space.residual - K * (K.transpose() * space.residual);
-    const Eigen::VectorXd replaced = fitted - K * (K.transpose() * fitted);
+    const Eigen::VectorXd r = without(K, space.residual);
+    const Eigen::VectorXd replaced = without(K, fitted);
     const double base = gain_of(library, units) - price_of(library, units);
     for (const Shape& shape : shapes) {
       if (shape.where.starts_with("effect ")) continue;
       Eigen::MatrixXd D = space.project(shape.columns);
       if (D.norm() < 1e-6 * shape.columns.norm()) continue;
-      D -= K * (K.transpose() * D);
+      D = without(K, D);
       const Eigen::MatrixXd U = orthonormal(D);
-      if ((U.transpose() * replaced).squaredNorm() > kSameShape * replaced.squaredNorm()) continue;
-      const Eigen::VectorXd seen = U * (U.transpose() * r);
+      if (transposed_times(U, replaced).squaredNorm() > kSameShape * replaced.squaredNorm())
+        continue;
+      const Eigen::VectorXd seen = within(U, r);
       if (std::any_of(named.begin(), named.end(), [&](const Eigen::MatrixXd& pair) {
-            return (pair.transpose() * seen).squaredNorm() > kSameShape * seen.squaredNorm();
+            return transposed_times(pair, seen).squaredNorm() > kSameShape * seen.squaredNorm();
           })) {
         continue;
       }
-      const double gain = (U.transpose() * r).squaredNorm();
+      const double gain = transposed_times(U, r).squaredNorm();
       const double s =
           base + gain - search_price - kPriceOfParameter * static_cast<double>(U.cols());
       if (found && s <= score) continue;

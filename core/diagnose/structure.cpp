@@ -1,6 +1,5 @@
 #include "core/diagnose/structure.hpp"
 
-#include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
 #include <thread>
@@ -95,7 +94,7 @@ Battery make_battery(const ResidualSpace& space, const std::vector<Shape>& shape
 
 /// p of every test, shapes first, for residuals in the columns of `r` (projected already).
 Eigen::MatrixXd all_p(const Battery& battery, const Eigen::MatrixXd& r) {
-  const Eigen::MatrixXd coefficients = battery.all.transpose() * r;
+  const Eigen::MatrixXd coefficients = transposed_product(battery.all, r);
   const auto tests = static_cast<Eigen::Index>(battery.bases.size() + battery.neighbours.size());
   Eigen::MatrixXd p(tests, r.cols());
   for (Eigen::Index c = 0; c < r.cols(); ++c) {
@@ -190,7 +189,7 @@ StructureTest test_structure(const ResidualSpace& space, const std::vector<Shape
   for (std::size_t s = 0; s < battery.shapes.size(); ++s) {
     const Shape& shape = *battery.shapes[s];
     result.findings.push_back({shape.where, shape.when, p[static_cast<Eigen::Index>(s)],
-                               (battery.bases[s].transpose() * space.residual).squaredNorm(),
+                               transposed_times(battery.bases[s], space.residual).squaredNorm(),
                                static_cast<int>(battery.bases[s].cols())});
   }
   for (std::size_t n = 0; n < battery.neighbours.size(); ++n) {

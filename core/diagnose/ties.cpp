@@ -1,7 +1,8 @@
 #include "core/diagnose/ties.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
+
+#include "core/linear/decompositions.hpp"
 
 namespace trammel {
 
@@ -114,7 +115,7 @@ double leftover(const ResidualSpace& space, const Tie& tie) {
   }
   signal = space.project(signal);
   const Eigen::MatrixXd U = orthonormal(space.project(columns));
-  return (signal - U * (U.transpose() * signal)).squaredNorm();
+  return without(U, signal).squaredNorm();
 }
 
 }  // namespace
@@ -166,7 +167,7 @@ Tie tie_with_unnamed(const ResidualSpace& space, const Library& library, const C
 Tie tie_of_unexplained(const ResidualSpace& space, const Library& library, const Candidate& tried,
                        const Shape& shape) {
   const Eigen::VectorXd sizes =
-      space.project(shape.columns).completeOrthogonalDecomposition().solve(space.residual);
+      shortest_least_squares(space.project(shape.columns), space.residual);
   Tie tie;
   for (std::size_t k = 0; k < shape.terms.size() && !happened(shape); ++k) {
     tie.signal.push_back({shape.terms[k], sizes[static_cast<Eigen::Index>(k)]});

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/linear/lanes.hpp"
+#include "core/linear/least_squares.hpp"
 
 namespace trammel {
 
@@ -129,7 +131,22 @@ void reflect(Eigen::MatrixXd& rows, Index k, Index first, const double* v) {
 
 }  // namespace
 
-SingularValues singular_values(const Eigen::MatrixXd& R, CpuLevel level) {
+SingularValues singular_values(const Eigen::MatrixXd& A) {
+  const Index n = A.cols();
+  if (n == 0) return {};
+  // A = Q R P': the singular values of A are those of R, and V of A is P V of R
+  const PivotedQr qr =
+      pivoted_qr(A, Eigen::VectorXd::Zero(A.rows()), static_cast<int>(std::min(A.rows(), n)));
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(n, n);
+  R.topRows(qr.R.rows()) = qr.R;
+  SingularValues of = singular_values_of_triangle(R);
+  Eigen::MatrixXd V(n, n);
+  for (Index k = 0; k < n; ++k) V.row(qr.columns[static_cast<std::size_t>(k)]) = of.V.row(k);
+  of.V = std::move(V);
+  return of;
+}
+
+SingularValues singular_values_of_triangle(const Eigen::MatrixXd& R, CpuLevel level) {
   TRAMMEL_ASSERT(R.rows() == R.cols() && R.rows() > 0 && R.allFinite());
   const Index n = R.rows();
   const double rounding = static_cast<double>(n) * kEps * R.row(0).norm();

@@ -1,13 +1,12 @@
 #include "core/mechanism/error_model.hpp"
 
-#include <Eigen/LU>
-
+#include "core/linear/decompositions.hpp"
 #include "core/mechanism/velocity.hpp"
 
 namespace trammel {
 
 ErrorJacobian error_jacobian(const RailFrames& frames, const ChainsAtPose& at) {
-  const Eigen::Matrix3d J_1_inverse = velocity_equation(frames, at).J_F2.inverse();
+  const Eigen::Matrix3d J_1_inverse = inverse(velocity_equation(frames, at).J_F2);
   ErrorJacobian J;
   for (int i = 0; i < kChains; ++i) {
     const auto k = static_cast<std::size_t>(i);

@@ -1,8 +1,8 @@
 #include "core/mechanism/forward.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 
+#include "core/linear/decompositions.hpp"
 #include "core/mechanism/velocity.hpp"
 
 namespace trammel {
@@ -40,11 +40,11 @@ ForwardResult forward(const RailFrames& rails, const Displacements& l_mm, const 
     }
     previous = gap;
     const VelocityEquation velocity = velocity_equation(rails, at);
-    if (std::abs(velocity.J_F2.determinant()) < kSingularCondition * rails.r_mm[0]) {
+    if (std::abs(determinant(velocity.J_F2)) < kSingularCondition * rails.r_mm[0]) {
       result.status = ForwardResult::Status::singular;
       return result;
     }
-    Eigen::Vector3d step = velocity.J_F2.inverse() * velocity.J_F1_diagonal.cwiseProduct(missing);
+    Eigen::Vector3d step = inverse(velocity.J_F2) * velocity.J_F1_diagonal.cwiseProduct(missing);
     ChainsAtPose next;
     for (int halving = 0; halving < kMaxHalvings; ++halving, step *= 0.5) {
       next = chains_at(rails, X + step);

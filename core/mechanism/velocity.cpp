@@ -1,8 +1,8 @@
 #include "core/mechanism/velocity.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
+
+#include "core/linear/decompositions.hpp"
 
 namespace trammel {
 
@@ -77,7 +77,7 @@ VelocityEquation velocity_equation(const RailFrames& frames, const ChainsAtPose&
 }
 
 Eigen::Matrix3d velocity_jacobian(const VelocityEquation& equation) {
-  return equation.J_F2.inverse() * equation.J_F1_diagonal.asDiagonal();
+  return inverse(equation.J_F2) * equation.J_F1_diagonal.asDiagonal();
 }
 
 Singularity singularity(const Geometry& geometry, const VelocityEquation& equation) {
@@ -85,8 +85,8 @@ Singularity singularity(const Geometry& geometry, const VelocityEquation& equati
   for (const Chain& c : geometry.chains) r_mm += c.r_mm / kChains;
   Eigen::Matrix3d scaled = equation.J_F2;
   scaled.col(2) /= r_mm;
-  const Eigen::Vector3d s = Eigen::JacobiSVD<Eigen::Matrix3d>(scaled).singularValues();
-  return {equation.J_F1_diagonal.cwiseAbs().minCoeff(), s[2] / std::sqrt(3.0)};
+  return {equation.J_F1_diagonal.cwiseAbs().minCoeff(),
+          smallest_singular_value(scaled) / std::sqrt(3.0)};
 }
 
 }  // namespace trammel

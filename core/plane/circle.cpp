@@ -1,10 +1,10 @@
 #include "core/plane/circle.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <string>
 
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
 
 namespace trammel {
 
@@ -31,12 +31,7 @@ Centred centred(std::span<const Place> points) {
 }
 
 void require_circle(const Centred& c) {
-  bool ok = c.p.rows() >= 3;
-  if (ok) {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(c.p);  // R_00: length, R_11: width
-    ok = std::abs(qr.matrixQR()(1, 1)) > kFlatness * std::abs(qr.matrixQR()(0, 0));
-  }
-  if (ok) return;
+  if (c.p.rows() >= 3 && orthonormal_basis(c.p, kFlatness).cols() == 2) return;
   throw InputError({.what = "no circle passes through these points",
                     .got = std::to_string(c.p.rows()) + " points, in one place or on one line",
                     .expected = "three or more points of an arc"});
@@ -46,7 +41,7 @@ void require_circle(const Centred& c) {
 Eigen::Vector3d algebraic(const Eigen::MatrixX2d& p) {
   Eigen::MatrixXd A(p.rows(), 3);
   A << p, Eigen::VectorXd::Ones(p.rows());
-  const Eigen::Vector3d a = A.colPivHouseholderQr().solve(p.rowwise().squaredNorm());
+  const Eigen::Vector3d a = shortest_least_squares(A, p.rowwise().squaredNorm());
   return {a[0] / 2, a[1] / 2, std::sqrt(a[2] + (a[0] * a[0] + a[1] * a[1]) / 4)};
 }
 
@@ -65,7 +60,7 @@ FittedCircle fit_circle(std::span<const Place> points) {
       d[k] = distance - v[2];
       J.row(k) << -from[0] / distance, -from[1] / distance, -1;
     }
-    const Eigen::Vector3d step = J.colPivHouseholderQr().solve(-d);
+    const Eigen::Vector3d step = shortest_least_squares(J, -d);
     v += step;
     if (step.norm() <= kStepTolerance * v[2]) break;
   }

@@ -1,10 +1,11 @@
 #include "core/plane/rigid.hpp"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <complex>
 
 #include "core/error.hpp"
+#include "core/linear/products.hpp"
+#include "core/linear/singular_values.hpp"
 
 namespace trammel {
 
@@ -18,16 +19,16 @@ Plane fit_plane(std::span<const Eigen::Vector3d> points_mm) {
   for (Eigen::Index k = 0; k < n; ++k) {
     about.row(k) = points_mm[static_cast<std::size_t>(k)] - plane.centre_mm;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(about, Eigen::ComputeThinV | Eigen::ComputeThinU);
-  const auto& s = svd.singularValues();
+  const SingularValues svd = singular_values(about);
+  const Eigen::VectorXd& s = svd.singular;
   plane.width_mm = s[1];
   plane.observed = s[1] > kNarrow * s[0];
   if (!plane.observed) return plane;
-  plane.normal = svd.matrixV().col(2);
+  plane.normal = svd.V.col(2);
   Eigen::Index largest = 0;
   plane.normal.cwiseAbs().maxCoeff(&largest);
   if (plane.normal[largest] < 0) plane.normal = -plane.normal;
-  const Eigen::VectorXd d = about * plane.normal;
+  const Eigen::VectorXd d = times(about, plane.normal);
   plane.max_mm = d.cwiseAbs().maxCoeff();
   if (n > 3) plane.rms_mm = std::sqrt(d.squaredNorm() / static_cast<double>(n - 3));
   return plane;

@@ -1,10 +1,11 @@
 #include "core/plane/thin_plate.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "core/linear/decompositions.hpp"
+#include "core/linear/products.hpp"
 #include "core/plane/hull.hpp"
 
 namespace trammel {
@@ -89,20 +90,20 @@ std::optional<ThinPlate> thin_plate(std::span<const Place> places, const Eigen::
     system.block<1, 3>(i, n) << 1, a.x_mm, a.y_mm;
     system.block<3, 1>(n, i) = system.block<1, 3>(i, n).transpose();
   }
-  surface.weights = system.partialPivLu().solve(right);
+  surface.weights = solve_square(system, right);
   return surface;
 }
 
 Eigen::VectorXd value_at(const ThinPlate& surface, Place at) {
   const double x = at.x_mm / surface.scale_mm, y = at.y_mm / surface.scale_mm;
   const auto n = static_cast<Eigen::Index>(surface.places.size());
-  Eigen::RowVectorXd basis(n + 3);
+  Eigen::VectorXd basis(n + 3);
   for (Eigen::Index j = 0; j < n; ++j) {
     const Place p = surface.places[static_cast<std::size_t>(j)];
     basis[j] = kernel((x - p.x_mm) * (x - p.x_mm) + (y - p.y_mm) * (y - p.y_mm));
   }
   basis.tail<3>() << 1, x, y;
-  return (basis * surface.weights).transpose();
+  return transposed_times(surface.weights, basis);
 }
 
 }  // namespace trammel

@@ -1,7 +1,5 @@
 #include "app/report/assess/uncertainty.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -9,6 +7,7 @@
 
 #include "core/calibrate/model_uncertainty.hpp"
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
 
@@ -18,7 +17,7 @@ namespace {
 
 Expanded expanded(const Eigen::Matrix3d& covariance) {
   const Eigen::Matrix2d plane = covariance.topLeftCorner<2, 2>();
-  const double worst = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(plane).eigenvalues()[1];
+  const double worst = largest_eigenvalue(plane);
   return {.U_mm = 2 * std::sqrt(std::max(worst, 0.0)),
           .U_rad = 2 * std::sqrt(std::max(covariance(2, 2), 0.0))};
 }
@@ -50,7 +49,7 @@ Eigen::Matrix3d gp_covariance(const GpMap& map, const Mechanism& mechanism, cons
                       .where = {.point = "seq " + std::to_string(reading.seq)}});
   }
   const Eigen::Vector3d s(sigma.xy_mm, sigma.xy_mm, sigma.phi_rad);
-  const Eigen::Matrix3d to_joints = at.moment.J_V.inverse() * s.asDiagonal();
+  const Eigen::Matrix3d to_joints = inverse(at.moment.J_V) * s.asDiagonal();
   Eigen::Vector3d variance;
   for (int i = 0; i < kChains; ++i) {
     const double n = map.joints[static_cast<std::size_t>(i)].noise_mm;

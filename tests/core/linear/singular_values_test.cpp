@@ -64,15 +64,15 @@ double off_orthonormal(const MatrixXd& V) {
 
 /// R = U diag(singular) V' to rounding, falling, the same on each level; returns it.
 SingularValues decomposed(const MatrixXd& R) {
-  const SingularValues of = singular_values(R);
+  const SingularValues of = singular_values_of_triangle(R);
   CHECK(std::is_sorted(of.singular.begin(), of.singular.end(), std::greater<>()));
   CHECK(of.singular.minCoeff() >= 0);
   CHECK(off_orthonormal(of.V) < 3e-14);
   const VectorXd lengths = (R * of.V).colwise().norm();
   CHECK((lengths - of.singular).cwiseAbs().maxCoeff() <= 1e-13 * of.singular[0]);
   for (const CpuLevel level : levels_here()) {
-    CHECK(singular_values(R, level).singular == of.singular);
-    CHECK(singular_values(R, level).V == of.V);
+    CHECK(singular_values_of_triangle(R, level).singular == of.singular);
+    CHECK(singular_values_of_triangle(R, level).V == of.V);
   }
   return of;
 }
