@@ -7,7 +7,8 @@
 using namespace trammel;
 using namespace trammel::test;
 
-TEST_CASE("killed again and again, the program loses and repeats no point it told of", "[stress][release]") {
+TEST_CASE("killed again and again, the program loses and repeats no point it told of",
+          "[stress][release]") {
   const TempFolder folder;
   const KillCount count = sweep_kills(folder.path(), {.kills = 12, .seed = 7});
   INFO(count.first_problem);

@@ -1,7 +1,7 @@
 // Power lost at any operation, and the control: a part of what scripts/stress measures.
 
-#include "tests/store/fixtures.hpp"
 #include "tests/stress/power_loss.hpp"
+#include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;
