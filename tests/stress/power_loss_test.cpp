@@ -24,9 +24,13 @@ TEST_CASE("with synchronous=NORMAL or on a disk that lies power loss does lose p
           "[stress][release]") {
   // The control: else the test above proved nothing.
   const TempFolder a, b;
-  CHECK(lose_power(a.path(),
-                   {.n_points = 6, .every = 9, .resume_every = 0, .durability = Durability::normal})
+  CHECK(lose_power(a.path(), {.n_points = 6,
+                              .every = 9,
+                              .resume_every = 0,
+                              .first_loss = true,
+                              .durability = Durability::normal})
             .lost_images > 0);
-  CHECK(lose_power(b.path(), {.n_points = 6, .every = 9, .resume_every = 0, .lies = true})
+  CHECK(lose_power(b.path(),
+                   {.n_points = 6, .every = 9, .resume_every = 0, .lies = true, .first_loss = true})
             .lost_images > 0);
 }
