@@ -18,7 +18,7 @@ struct PooledNoise {
 
 /// Pooled standard deviation of repeated readings; nothing when no pose was measured twice.
 ///   sigma^2 = sum_g sum_j (x_gj - mean_g)^2 / sum_g (n_g - 1),   x and y pooled
-/// Proof: recovers the sigma that was put in; a single repeat counts one (noise_test.cpp).
+/// Proof: recovers the sigma that was put in; a single repeat counts one (repeat_noise_test.cpp).
 std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings);
 
 /// The sigmas that weight this campaign's readings, and where they come from.

@@ -4,6 +4,7 @@
 
 #include "core/statistics/random.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/skip.hpp"
 
 using namespace trammel::store;
 
@@ -30,8 +31,7 @@ TEST_CASE("a digest of any length is that of libsodium in one piece", "[store]")
 
 TEST_CASE("the CPU's own SHA-256 gives the bits of libsodium", "[store]") {
   if (!has_sha256()) {
-    WARN("skipped: this CPU has no instructions for SHA-256");
-    return;
+    return trammel::tests::skip("this CPU has no instructions for SHA-256");
   }
   trammel::Random random(19);
   std::vector<unsigned char> blocks(9 * kSha256BlockBytes);

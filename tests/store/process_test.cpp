@@ -12,6 +12,7 @@
 #include "store/verify.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/skip.hpp"
 
 using namespace trammel;
 using namespace trammel::store;
@@ -156,8 +157,7 @@ TEST_CASE("a runner killed at any moment loses no acknowledged point and repeats
 TEST_CASE("a folder without permission to write is read, and writing to it says why not",
           "[store]") {
   if (geteuid() != 0) {
-    WARN("skipped: only root can become somebody else");
-    return;
+    return tests::skip("only root can become somebody else");
   }
   const TempFolder folder;
   const auto file = folder.file("lab.db");

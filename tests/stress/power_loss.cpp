@@ -172,6 +172,7 @@ PowerLossCount lose_power(const std::filesystem::path& folder, const PowerLossOp
                               std::to_string(kind) + ": " + std::to_string(found.n_points) +
                               " of " + std::to_string(told) + " points; " + found.problem;
       }
+      if (options.first_loss && count.lost_images > 0) return count;
       if (options.resume_every == 0 || count.images % options.resume_every != 0) continue;
       ++count.resumed;
       const Recording rest = record(file, options.n_points);

@@ -70,6 +70,7 @@ struct PowerLossOptions {
   int every = 1;           // power is lost at every so many operations
   int resume_every = 500;  // images; 0: none
   bool lies = false;
+  bool first_loss = false;  // ends with the first lost image: for a control
   Durability durability = Durability::full;
   std::uint64_t seed = 20240501;
 };

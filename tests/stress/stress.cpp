@@ -1,5 +1,5 @@
 // The figures on the safety of data, measured: scripts/stress. The small version is
-// stress_test.cpp.
+// the tests of this folder.
 
 #include <fmt/format.h>
 

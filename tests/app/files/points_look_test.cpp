@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/statistics/random.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/skip.hpp"
 
 using namespace trammel;
 
@@ -18,7 +19,7 @@ std::optional<std::string> real_data(const std::string& file) {
   if (folder != nullptr && std::filesystem::exists(std::filesystem::path(folder) / file)) {
     return (std::filesystem::path(folder) / file).string();
   }
-  WARN("skipped: set TRAMMEL_REAL_DATA to the folder that holds " << file);
+  tests::skip("set TRAMMEL_REAL_DATA to the folder that holds " + file);
   return std::nullopt;
 }
 

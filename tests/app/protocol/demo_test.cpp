@@ -126,22 +126,34 @@ void check_readme(const std::string& report) {
   CHECK(n_pieces == 7);
 }
 
+/// The demo, undisturbed; run once for all cases.
+struct Undisturbed {
+  tests::TemporaryFolder folder;
+  Finished first = run_program({"demo", "whole"}, folder.path());
+  std::filesystem::path whole = folder.path() / "whole";
+  std::string report = tests::read_text(whole / "report.json");
+};
+
+const Undisturbed& undisturbed() {
+  static const Undisturbed made;
+  REQUIRE(made.first.exit_code == 0);
+  return made;
+}
+
 }  // namespace
 
 TEST_CASE("the demo run twice gives bit-identical results", "[protocol]") {
-  const tests::TemporaryFolder folder;
-  const Finished first = run_program({"demo", "a"}, folder.path());
-  REQUIRE(first.exit_code == 0);
-  REQUIRE(run_program({"demo", "b"}, folder.path()).exit_code == 0);
-  const std::string report = tests::read_text(folder.path() / "a/report.json");
-  CHECK(report == tests::read_text(folder.path() / "b/report.json"));
-  CHECK(first.out == tests::read_text(folder.path() / "a/report.txt"));
-  check_each_point_once(folder.path() / "a/trammel.db", Json::parse(report));
+  const auto& [folder, first, whole, report] = undisturbed();
+  const tests::TemporaryFolder other;
+  REQUIRE(run_program({"demo", "b"}, other.path()).exit_code == 0);
+  CHECK(report == tests::read_text(other.path() / "b/report.json"));
+  CHECK(first.out == tests::read_text(whole / "report.txt"));
+  check_each_point_once(whole / "trammel.db", Json::parse(report));
 
   // Run again, everything is skipped and nothing changes.
-  const Finished again = run_program({"demo", "a"}, folder.path());
+  const Finished again = run_program({"demo", "whole"}, folder.path());
   CHECK(again.exit_code == 0);
-  CHECK(tests::read_text(folder.path() / "a/report.json") == report);
+  CHECK(tests::read_text(whole / "report.json") == report);
   std::size_t n_skipped = 0;
   for (const char* not_measured : {"(done before)", "skipped: "}) {
     for (auto at = again.err.find(not_measured); at != std::string::npos;
@@ -178,7 +190,6 @@ TEST_CASE(
     "killed at random times and resumed, every point is stored once and the numbers are the same",
     "[protocol]") {
   const tests::TemporaryFolder folder;
-  REQUIRE(run_program({"demo", "whole"}, folder.path()).exit_code == 0);
   Random random(11);
   int n_kills = 0;
   Finished last{.exit_code = -1, .out = {}, .err = {}};
@@ -192,7 +203,7 @@ TEST_CASE(
   }
   REQUIRE(last.exit_code == 0);
   CHECK(n_kills >= 1);
-  const Json whole = Json::parse(tests::read_text(folder.path() / "whole/report.json"));
+  const Json whole = Json::parse(undisturbed().report);
   check_each_point_once(folder.path() / "killed/trammel.db", whole);
   const Json killed = Json::parse(tests::read_text(folder.path() / "killed/report.json"));
   for (const char* part : {"tables", "contest", "network", "floor_mean_mm"}) {

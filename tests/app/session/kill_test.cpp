@@ -89,7 +89,7 @@ std::vector<std::string> words_for(const std::string& file) {
 }  // namespace
 
 TEST_CASE("killed at random times and resumed, a campaign has the bits of an undisturbed one",
-          "[session]") {
+          "[session][release]") {
   const TemporaryFolder folder;
   const std::string whole = (folder.path() / "whole.db").string();
   const auto began = std::chrono::steady_clock::now();
@@ -128,7 +128,7 @@ TEST_CASE("killed at random times and resumed, a campaign has the bits of an und
 TEST_CASE(
     "killed at random lines on the wire the program leaves an emulated stage that comes to rest, "
     "and resumes to the readings of an undisturbed run",
-    "[session][sockets]") {
+    "[session][sockets][release]") {
   const Plan plan = small_plan();
   SocketCampaign calm(plan);
   REQUIRE(calm.run().state == session::State::done);
