@@ -1,5 +1,5 @@
-// The tree keeps its own rules: which folder may include which, proofs that exist, one definition of
-// what a fit has seen.
+// The tree keeps its own rules: which folder may include which, proofs that exist, one definition
+// of what a fit has seen.
 
 #include <array>
 #include <fstream>
@@ -16,11 +16,12 @@ namespace {
 
 /// From below to above: a folder includes only folders that stand before it.
 const std::vector<std::string> kFolders = {
-    "core",           "core/linear",    "core/statistics", "core/plane",     "core/mechanism",
-    "core/measure",   "core/model",     "core/plan",       "core/simulate",  "core/judge",
-    "core/calibrate", "core/diagnose",  "store",           "app/terminal",   "app/files",
-    "app/device",     "app/emulate",    "app/session",     "app/job",        "app/report",
-    "app/protocol",   "app/serve",      "app/cli",         "app"};
+    "core",           "core/linear",  "core/statistics", "core/plane",
+    "core/mechanism", "core/measure", "core/model",      "core/plan",
+    "core/simulate",  "core/judge",   "core/calibrate",  "core/diagnose",
+    "store",          "app/terminal", "app/files",       "app/device",
+    "app/emulate",    "app/session",  "app/job",         "app/report",
+    "app/protocol",   "app/serve",    "app/cli",         "app"};
 
 struct Source {
   std::filesystem::path path;  // in the tree
@@ -108,8 +109,7 @@ TEST_CASE("heavy headers stay where they are wrapped", "[house]") {
   };
   const std::array<Rule, 2> rules = {{
       {std::regex("#include <(CLI/[^>]+)>"), {"app/cli"}},
-      {std::regex("#include <(Eigen/(?:SVD|QR|Cholesky|Eigenvalues|LU|Dense))>"),
-       {"core/linear"}},
+      {std::regex("#include <(Eigen/(?:SVD|QR|Cholesky|Eigenvalues|LU|Dense))>"), {"core/linear"}},
   }};
   for (const Source& source : sources()) {
     for (const Rule& rule : rules) {

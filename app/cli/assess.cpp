@@ -1,5 +1,7 @@
 #include "app/cli/assess.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "app/report/assess/assessment.hpp"
 #include "store/open.hpp"
 
@@ -18,17 +20,17 @@ ExitCode run_assess(const AssessOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_assess(CLI::App& app, Context& context) {
+void setup_assess(Command app, Context& context) {
   auto options = std::make_shared<AssessOptions>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.command(
       "assess", "ISO 9283 and ISO 230-2 symbols, or why not; uncertainty of a correction");
-  command->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
-  command->add_option("--session", options->session, "This session alone")->type_name("SESSION");
+  command.option("CAMPAIGN", options->campaign, "Name or uuid").required();
+  command.option("--session", options->session, "This session alone").type("SESSION");
   command
-      ->add_option("--job", options->job,
-                   "Judge this job's correction: its number, or six digits of its key")
-      ->type_name("JOB");
-  on_run(*command, context, options, run_assess);
+      .option("--job", options->job,
+              "Judge this job's correction: its number, or six digits of its key")
+      .type("JOB");
+  on_run(command, context, options, run_assess);
 }
 
 }  // namespace trammel::cli

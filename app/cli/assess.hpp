@@ -12,7 +12,7 @@ struct AssessOptions {
 
 /// `assess CAMPAIGN`: accuracy and repeatability by ISO 9283 and ISO 230-2, uncertainty of a job's
 /// correction.
-void setup_assess(CLI::App& app, Context& context);
+void setup_assess(Command app, Context& context);
 ExitCode run_assess(const AssessOptions& options, Context& context);
 
 }  // namespace trammel::cli

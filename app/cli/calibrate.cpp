@@ -1,6 +1,7 @@
 #include "app/cli/calibrate.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
@@ -17,24 +18,31 @@ struct CalibrateOptions {
 
 /// A stage's parameter as an option: what is given on the line goes into the parameters by name.
 template <class T>
-void parameter(CLI::App& command, const std::shared_ptr<CalibrateOptions>& options,
+void parameter(Command command, const std::shared_ptr<CalibrateOptions>& options,
                const std::string& flag, const std::string& name, const std::string& what) {
-  command.add_option_function<T>(
+  command.on_option<T>(
       flag, [options, name](const T& value) { options->given[name] = value; }, what);
 }
 
-void choice(CLI::App& command, const std::shared_ptr<CalibrateOptions>& options,
+void choice(Command command, const std::shared_ptr<CalibrateOptions>& options,
             const std::string& flag, const std::string& name, const std::string& value,
             const std::string& what) {
-  command.add_flag_callback(
+  command.on_flag(
       flag, [options, name, value] { options->given[name] = value; }, what);
 }
 
-void lsq_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
-  choice(c, o, "--complete", "parameters", "complete-21",
-         "the complete 21 parameters instead of the paper's 18");
+void epoch_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
+  choice(c, o, "--own-epochs", "epochs", "own",
+         "joint zeros and a frame of its own for each later epoch (else only where readings show "
+         "a step)");
   choice(c, o, "--shared-epochs", "epochs", "shared",
          "no joint zeros and frame offset of their own for later epochs");
+}
+
+void lsq_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
+  choice(c, o, "--complete", "parameters", "complete-21",
+         "the complete 21 parameters instead of the paper's 18");
+  epoch_options(c, o);
   choice(c, o, "--basic", "solution", "basic",
          "leave what is not identified at zero (the paper's) instead of the least change");
   parameter<int>(c, o, "--steps", "steps",
@@ -46,50 +54,51 @@ void lsq_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
                     "tolerance, solve again (0: no repetition)");
 }
 
-void idw_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
+void idw_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
   parameter<double>(c, o, "--power", "power", "weights 1 / d^power (2)");
   parameter<int>(c, o, "--neighbours", "neighbours", "nearest samples that count (0: all)");
-  c.add_flag_callback(
+  c.on_flag(
       "--tune", [o] { o->given["tune"] = true; }, "power and neighbours by leave-one-out");
 }
 
-void rbf_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
+void rbf_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
   parameter<int>(c, o, "--neurons", "neurons", "at most this many (50)");
   parameter<int>(c, o, "--seed", "seed", "of the k-means start (1)");
   parameter<double>(c, o, "--sigma-mm", "sigma_mm", "spread of all neurons (0: leave-one-out)");
   parameter<double>(c, o, "--relative-ridge", "relative_ridge", "of the weights (1e-8)");
-  c.add_flag_callback(
+  c.on_flag(
       "--smooth", [o] { o->given["smooth"] = true; },
       "a neuron on every sample, ridge and spread by leave-one-out");
 }
 
-void model_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
-  c.add_option_function<std::vector<std::string>>(
+void model_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
+  c.on_option<std::vector<std::string>>(
        "--effects", [o](const std::vector<std::string>& names) { o->given["effects"] = names; },
        "named effects to fit beside the geometry, or 'diagnosed' for those diagnose names")
-      ->delimiter(',')
-      ->type_name("EFFECT");
-  c.add_flag_callback(
+      .delimiter(',')
+      .type("EFFECT");
+  epoch_options(c, o);
+  c.on_flag(
       "--robust", [o] { o->given["robust"] = true; }, "outlying readings count less (Huber)");
-  c.add_flag_callback(
+  c.on_flag(
       "--prior", [o] { o->given["tolerance_prior"] = true; },
       "machining tolerances as priors instead of the least change");
 }
 
-void hybrid_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
+void hybrid_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
   model_options(c, o);
   choice(c, o, "--always-map", "map", "always",
          "use the map although it does not help on held-out blocks");
 }
 
-void contest_options(CLI::App& c, const std::shared_ptr<CalibrateOptions>& o) {
+void contest_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
   parameter<int>(c, o, "--blocks", "blocks", "spatial blocks of the cross-validation (6)");
   parameter<int>(c, o, "--seed", "seed", "of the blocks (1)");
 }
 
 struct StageOptions {
   const char* stage;
-  void (*add)(CLI::App&, const std::shared_ptr<CalibrateOptions>&);
+  void (*add)(Command, const std::shared_ptr<CalibrateOptions>&);
 };
 constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},       {"idw", idw_options},
                                           {"rbf", rbf_options},       {"geometry", model_options},
@@ -128,20 +137,20 @@ ExitCode run_calibrate(const CalibrateOptions& options, Context& context) {
 
 }  // namespace
 
-void setup_calibrate(CLI::App& app, Context& context) {
-  CLI::App& calibrate = noun(app, "calibrate", "Identify a correction from a campaign's readings");
+void setup_calibrate(Command app, Context& context) {
+  Command calibrate = noun(app, "calibrate", "Identify a correction from a campaign's readings");
   for (const job::Stage& stage : job::stages()) {
     if (stage.name == "diagnose") continue;  // a command of its own
-    CLI::App& command = *calibrate.add_subcommand(stage.name, stage.what);
+    Command command = calibrate.command(stage.name, stage.what);
     auto options = std::make_shared<CalibrateOptions>();
     options->request.stage = stage.name;
-    command.add_option("campaign", options->request.campaign, "name or uuid")->required();
+    command.option("campaign", options->request.campaign, "name or uuid").required();
     command
-        .add_option("--session", options->request.sessions,
-                    "train on this session (repeatable; all baseline sessions)")
-        ->type_name("SESSION");
-    command.add_flag("--force", options->request.force, "compute again and store another run");
-    command.add_flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
+        .option("--session", options->request.sessions,
+                "train on this session (repeatable; all baseline sessions)")
+        .type("SESSION");
+    command.flag("--force", options->request.force, "compute again and store another run");
+    command.flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
     for (const StageOptions& own : kStageOptions) {
       if (stage.name == own.stage) own.add(command, options);
     }

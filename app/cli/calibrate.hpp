@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// calibrate STAGE CAMPAIGN: one subcommand per stage of app/job/stages.hpp.
-void setup_calibrate(CLI::App& app, Context& context);
+void setup_calibrate(Command app, Context& context);
 
 }  // namespace trammel::cli

@@ -1,6 +1,7 @@
 #include "app/cli/campaign.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/files/mechanism_json.hpp"
 #include "app/terminal/table.hpp"
@@ -162,14 +163,14 @@ ExitCode run_campaign_show(const CampaignShowOptions& options, Context& context)
   return ExitCode::ok;
 }
 
-void setup_campaign(CLI::App& app, Context& context) {
-  CLI::App& campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
-  on_run(*campaigns.add_subcommand("list", "All campaigns of the database"), context,
+void setup_campaign(Command app, Context& context) {
+  Command campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
+  on_run(campaigns.command("list", "All campaigns of the database"), context,
          std::make_shared<CampaignListOptions>(), run_campaign_list);
   const auto options = std::make_shared<CampaignShowOptions>();
-  CLI::App* show = campaigns.add_subcommand("show", "Sessions, exclusions, jobs, models of one");
-  show->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
-  on_run(*show, context, options, run_campaign_show);
+  Command show = campaigns.command("show", "Sessions, exclusions, jobs, models of one");
+  show.option("CAMPAIGN", options->campaign, "Name or uuid").required();
+  on_run(show, context, options, run_campaign_show);
 }
 
 }  // namespace trammel::cli

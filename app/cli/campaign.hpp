@@ -12,7 +12,7 @@ struct CampaignShowOptions {
 };
 
 /// `campaign list` and `campaign show`.
-void setup_campaign(CLI::App& app, Context& context);
+void setup_campaign(Command app, Context& context);
 
 ExitCode run_campaign_list(const CampaignListOptions& options, Context& context);
 ExitCode run_campaign_show(const CampaignShowOptions& options, Context& context);

@@ -1,6 +1,7 @@
 #include "app/cli/campaign_exchange.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/campaign_points.hpp"
 #include "app/cli/points_import.hpp"
@@ -95,36 +96,33 @@ ExitCode run_campaign_export(const CampaignExportOptions& options, Context& cont
   return ExitCode::ok;
 }
 
-void setup_campaign_exchange(CLI::App& app, Context& context) {
-  CLI::App& campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
+void setup_campaign_exchange(Command app, Context& context) {
+  Command campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
   auto in = std::make_shared<CampaignImportOptions>();
-  CLI::App* import = campaigns.add_subcommand(
+  Command import = campaigns.command(
       "import", "Store a campaign/1 of another tool, or a tracker's file of points");
-  import->add_option("FOLDER", in->folder, "Folder with campaign.json, or that file");
-  import->add_option("--points", in->points, "Instead: a tracker's file of points")
-      ->type_name("FILE");
-  import->add_option("--layout", in->layout, "points: what its rows mean (layout/1)")
-      ->type_name("FILE");
-  import->add_option("--mechanism", in->mechanism, "points: mechanism file (as the layout says)")
-      ->type_name("FILE");
-  import->add_option("--plan", in->plan, "points: plan that was measured (as the layout says)")
-      ->type_name("PLAN");
-  import->add_option("--date", in->date, "points: how dates are written (as the layout says)")
-      ->check(CLI::IsMember(date_order_names()));
-  import->add_option("--name", in->name, "Name it is stored under (default: as the file says)")
-      ->type_name("NAME");
-  import->add_flag("--dry-run", in->dry_run, "Read and check all of it, store nothing");
-  on_run(*import, context, in, run_campaign_import);
+  import.option("FOLDER", in->folder, "Folder with campaign.json, or that file");
+  import.option("--points", in->points, "Instead: a tracker's file of points").type("FILE");
+  import.option("--layout", in->layout, "points: what its rows mean (layout/1)").type("FILE");
+  import.option("--mechanism", in->mechanism, "points: mechanism file (as the layout says)")
+      .type("FILE");
+  import.option("--plan", in->plan, "points: plan that was measured (as the layout says)")
+      .type("PLAN");
+  import.option("--date", in->date, "points: how dates are written (as the layout says)")
+      .one_of(date_order_names());
+  import.option("--name", in->name, "Name it is stored under (default: as the file says)")
+      .type("NAME");
+  import.flag("--dry-run", in->dry_run, "Read and check all of it, store nothing");
+  on_run(import, context, in, run_campaign_import);
 
   setup_campaign_points(campaigns, context);
 
   auto out = std::make_shared<CampaignExportOptions>();
-  CLI::App* exporting = campaigns.add_subcommand("export", "Write a campaign as campaign/1");
-  exporting->add_option("CAMPAIGN", out->campaign, "Name or uuid")->required();
-  exporting->add_option("FOLDER", out->folder, "Where campaign.json and readings.csv go")
-      ->required();
-  exporting->add_flag("--dry-run", out->dry_run, "Say what would be written, write nothing");
-  on_run(*exporting, context, out, run_campaign_export);
+  Command exporting = campaigns.command("export", "Write a campaign as campaign/1");
+  exporting.option("CAMPAIGN", out->campaign, "Name or uuid").required();
+  exporting.option("FOLDER", out->folder, "Where campaign.json and readings.csv go").required();
+  exporting.flag("--dry-run", out->dry_run, "Say what would be written, write nothing");
+  on_run(exporting, context, out, run_campaign_export);
 }
 
 }  // namespace trammel::cli

@@ -24,7 +24,7 @@ struct CampaignExportOptions {
 };
 
 /// `campaign import` and `campaign export`: the format campaign/1; import also takes points.
-void setup_campaign_exchange(CLI::App& app, Context& context);
+void setup_campaign_exchange(Command app, Context& context);
 
 using StoreIt = std::function<store::ImportResult(store::Connection&)>;
 /// Runs `store_it` on the database; a dry run makes every check of it, and rolls all of it back.

@@ -1,6 +1,7 @@
 #include "app/cli/campaign_points.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/points_import.hpp"
 #include "app/files/numbers.hpp"
@@ -123,27 +124,25 @@ ExitCode run_campaign_points(const CampaignPointsOptions& o, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_campaign_points(CLI::App& campaigns, Context& context) {
+void setup_campaign_points(Command campaigns, Context& context) {
   auto o = std::make_shared<CampaignPointsOptions>();
-  CLI::App* look = campaigns.add_subcommand(
+  Command look = campaigns.command(
       "points", "Look into a tracker's file of points: misses, outliers, repeatability");
-  look->add_option("FILE", o->file, "Points as SpatialAnalyzer, Leica or a script wrote them")
-      ->required();
+  look.option("FILE", o->file, "Points as SpatialAnalyzer, Leica or a script wrote them")
+      .required();
   std::vector<std::string> formats;
   for (const PointsFormat& format : points_formats()) formats.emplace_back(format.name);
-  look->add_option("--format", o->format, "default: recognised")->check(CLI::IsMember(formats));
-  look->add_option("--unit", o->unit, "of the file (default: as it states, else mm)")
-      ->check(CLI::IsMember(std::vector<std::string>{"mm", "m", "um", "in"}));
-  look->add_option("--date", o->date, "how dates are written, where no line decides")
-      ->check(CLI::IsMember(date_order_names()));
-  look->add_option("--decimal", o->decimal, "decimal sign")
-      ->check(CLI::IsMember(std::vector<std::string>{".", ","}))
-      ->capture_default_str();
-  look->add_option("--by", o->by, "rows of one place share this (default: recognised)")
-      ->check(CLI::IsMember(std::vector<std::string>{"name", "group", "file"}));
-  look->add_option("--nests", o->nests, "rows go round so many nests, whatever their names")
-      ->check(CLI::Range(0, 1000));
-  on_run(*look, context, o, run_campaign_points);
+  look.option("--format", o->format, "default: recognised").one_of(formats);
+  look.option("--unit", o->unit, "of the file (default: as it states, else mm)")
+      .one_of({"mm", "m", "um", "in"});
+  look.option("--date", o->date, "how dates are written, where no line decides")
+      .one_of(date_order_names());
+  look.option("--decimal", o->decimal, "decimal sign").one_of({".", ","}).shown_default();
+  look.option("--by", o->by, "rows of one place share this (default: recognised)")
+      .one_of({"name", "group", "file"});
+  look.option("--nests", o->nests, "rows go round so many nests, whatever their names")
+      .range(0, 1000);
+  on_run(look, context, o, run_campaign_points);
 }
 
 }  // namespace trammel::cli

@@ -15,7 +15,7 @@ struct CampaignPointsOptions {
 };
 
 /// `campaign points`: what a tracker's file holds, without importing it.
-void setup_campaign_points(CLI::App& campaigns, Context& context);
+void setup_campaign_points(Command campaigns, Context& context);
 ExitCode run_campaign_points(const CampaignPointsOptions& options, Context& context);
 
 }  // namespace trammel::cli

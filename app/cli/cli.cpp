@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <iterator>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/cli/command_tree.hpp"
-#include "app/cli/help.hpp"
 #include "app/cli/next_step.hpp"
 #include "app/cli/suggest.hpp"
 #include "app/files/numbers.hpp"
@@ -86,35 +86,24 @@ ErrorText unknown_text(const Unknown& unknown) {
   return text;
 }
 
-ErrorText usage_text(const CLI::App& app, const CLI::ParseError& error,
-                     const std::vector<std::string>& words) {
+ErrorText usage_text(Command app, const std::string& fault, const std::vector<std::string>& words) {
   if (const auto unknown = first_unknown(app, words)) return unknown_text(*unknown);
-  const CLI::App& at = chosen_command(app);
+  Command at = chosen_command(app);
   const std::string name = full_name(at);
   const auto subs = visible_commands(at);
   if (!subs.empty()) {
     std::vector<std::string> names;
-    for (const CLI::App* sub : subs) names.push_back(sub->get_name());
+    for (const Command sub : subs) names.push_back(sub.name());
     return {.what = name + " needs a command",
             .expected = "one of " + joined(names, ", "),
             .hint = "see " + name + " --help"};
   }
-  return {.what = error.what(), .hint = "see " + name + " --help"};
-}
-
-/// CLI11 throws for --help too: that is data and success.
-int answer_parse_error(const CLI::App& app, const CLI::ParseError& error,
-                       const std::vector<std::string>& words, bool json) {
-  if (dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr) {
-    fmt::print("{}", app.help());
-    return 0;
-  }
-  return fail(ExitCode::usage, usage_text(app, error, words), json);
+  return {.what = fault, .hint = "see " + name + " --help"};
 }
 
 /// One command line on its way: what was typed, and what it means.
 struct Line {
-  const CLI::App& app;
+  Command app;
   const std::vector<std::string>& words;
   const Context& context;
 };
@@ -162,25 +151,19 @@ int run_chosen(const Line& line) {
 }
 
 /// Numbers on the line are read as strictly as in files: decimal, finite, nothing after them.
-void only_decimal_numbers(CLI::App& app) {
-  const CLI::Validator number(
-      [](std::string& word) {
-        return parse_number(word) ? std::string() : "'" + word + "' is no decimal number";
-      },
-      "");
-  const CLI::Validator count(
-      [](std::string& word) {
-        return parse_integer(word) ? std::string() : "'" + word + "' is no whole number";
-      },
-      "");
-  for (CLI::Option* option : app.get_options()) {
-    const std::string type = option->get_type_name();
-    if (type.starts_with("FLOAT")) option->check(number);
-    if (type.starts_with("INT") || type.starts_with("UINT")) option->check(count);
+void only_decimal_numbers(Command command) {
+  const auto number = [](const std::string& word) {
+    return parse_number(word) ? std::string() : "'" + word + "' is no decimal number";
+  };
+  const auto count = [](const std::string& word) {
+    return parse_integer(word) ? std::string() : "'" + word + "' is no whole number";
+  };
+  for (const Option option : command.options()) {
+    const std::string type = option.type_text();
+    if (type.starts_with("FLOAT")) option.check(number);
+    if (type.starts_with("INT") || type.starts_with("UINT")) option.check(count);
   }
-  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    only_decimal_numbers(*command);
-  }
+  for (const Command below : command.commands()) only_decimal_numbers(below);
 }
 
 enum class Explain { no, yes };
@@ -191,17 +174,21 @@ enum class Explain { no, yes };
 std::optional<int> run_among(const std::vector<ProgramCommand>& commands,
                              const std::vector<std::string>& words, Explain explain) {
   Context context;
-  CLI::App app("", "trammel");
+  CommandLine app;
   set_up(app, context, commands);
-  try {
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
-  } catch (const CLI::CallForVersion& version) {
-    fmt::print("{}\n", version.what());
+  const auto [outcome, text] = app.parse(words);
+  if (outcome == CommandLine::Outcome::version_wanted) {
+    fmt::print("{}\n", text);
     return 0;
-  } catch (const CLI::ParseError& error) {
-    if (explain == Explain::no) return std::nullopt;
+  }
+  if (outcome != CommandLine::Outcome::ok && explain == Explain::no) return std::nullopt;
+  if (outcome == CommandLine::Outcome::help_wanted) {
+    fmt::print("{}", app.help());
+    return 0;
+  }
+  if (outcome == CommandLine::Outcome::wrong) {
     const bool json = std::ranges::find(words, "--json") != words.end();
-    return answer_parse_error(app, error, words, json);
+    return fail(ExitCode::usage, usage_text(app, text, words), json);
   }
   return run_chosen({app, words, context});
 }
@@ -218,23 +205,18 @@ std::string exit_codes_text() {
   return text;
 }
 
-void set_up(CLI::App& app, Context& context, const std::vector<ProgramCommand>& commands) {
-  app.description(
+void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand>& commands) {
+  app.describe(
       "Plans, runs, records, calibrates, explains and reports measurement campaigns on a "
-      "planar 3-PRR parallel robot under a laser tracker.");
-  app.footer(
+      "planar 3-PRR parallel robot under a laser tracker.",
       "\n" + exit_codes_text() +
-      "stdout is data, stderr is talk. Anywhere on the line: --json (one JSON object instead of\n"
-      "text), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db).\n"
-      "NO_COLOR is honoured. `trammel man` prints all of this as a man page.");
-  app.set_version_flag("--version", std::string("trammel ") + TRAMMEL_VERSION,
-                       "Print the version and stop");
-  app.formatter(help_formatter());
-  app.fallthrough();
-  app.require_subcommand(1);
-  app.add_option("--db", context.db_option, "Database file")->type_name("FILE");
-  app.add_flag("--json", context.json, "Print one JSON object instead of text");
-  app.add_flag("--quiet", context.quiet, "No talk on stderr, errors only");
+          "stdout is data, stderr is talk. Anywhere on the line: --json (one JSON object instead "
+          "of\ntext), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db).\n"
+          "NO_COLOR is honoured. `trammel man` prints all of this as a man page.",
+      std::string("trammel ") + TRAMMEL_VERSION);
+  app.option("--db", context.db_option, "Database file").type("FILE");
+  app.flag("--json", context.json, "Print one JSON object instead of text");
+  app.flag("--quiet", context.quiet, "No talk on stderr, errors only");
   for (const ProgramCommand& command : commands) command.setup(app, context);
   only_decimal_numbers(app);
 }

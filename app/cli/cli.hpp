@@ -11,11 +11,11 @@ namespace trammel::cli {
 /// What adds a command (or verbs of a noun) to `app`.
 struct ProgramCommand {
   const char* name;  // as on the line; nullptr: it reads the whole tree, and is never alone in it
-  void (*setup)(CLI::App& app, Context& context);
+  void (*setup)(Command app, Context& context);
 };
 
 /// Fills `app` with the options all commands share and with `commands`.
-void set_up(CLI::App& app, Context& context, const std::vector<ProgramCommand>& commands);
+void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand>& commands);
 
 /// Parses `words`, runs the command they name and returns the exit code, 0 to 130. Errors go to
 /// stderr: one line for a person, one object {"schema": "trammel/error/1", …} with --json.

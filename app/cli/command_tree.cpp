@@ -16,69 +16,73 @@ std::string upper(std::string text) {
 }
 
 /// The type's name without what validators add: "TEXT:{a,b}".
-std::string bare_type(const CLI::Option& option) {
-  const std::string type = option.get_type_name();
+std::string bare_type(Option option) {
+  const std::string type = option.type_text();
   return type.substr(0, type.find(':'));
 }
 
 }  // namespace
 
-std::vector<const CLI::App*> visible_commands(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App* sub) { return !sub->get_group().empty(); });
+std::vector<Command> visible_commands(Command app) {
+  std::vector<Command> visible = app.commands();
+  std::erase_if(visible, [](Command command) { return command.is_hidden(); });
+  return visible;
 }
 
-const CLI::App* find_command(const CLI::App& app, const std::string& word) {
-  const auto named =
-      app.get_subcommands([&word](const CLI::App* sub) { return sub->get_name() == word; });
-  return named.empty() ? nullptr : named.front();
+std::optional<Command> find_command(Command app, const std::string& word) {
+  for (const Command command : app.commands()) {
+    if (command.name() == word) return command;
+  }
+  return std::nullopt;
 }
 
-const CLI::App& chosen_command(const CLI::App& app) {
-  const auto parsed = app.get_subcommands();
-  return parsed.empty() ? app : chosen_command(*parsed.front());
+Command chosen_command(Command app) {
+  const auto below = app.chosen();
+  return below ? chosen_command(*below) : app;
 }
 
-std::string full_name(const CLI::App& app) {
-  const CLI::App* parent = app.get_parent();
-  return parent == nullptr ? app.get_name() : full_name(*parent) + " " + app.get_name();
+std::string full_name(Command app) {
+  const auto parent = app.parent();
+  return parent ? full_name(*parent) + " " + app.name() : app.name();
 }
 
-std::vector<const CLI::Option*> options_of(const CLI::App& app) {
-  std::vector<const CLI::Option*> options;
-  for (const CLI::App* at = &app; at != nullptr; at = at->get_parent()) {
-    for (const CLI::Option* option : at->get_options()) {
-      const auto same = [option](const CLI::Option* known) {
-        return known->get_lnames() == option->get_lnames();
-      };
-      const bool new_name = std::ranges::none_of(options, same);
-      if (!option->get_lnames().empty() && new_name) options.push_back(option);
+std::vector<Option> options_of(Command app) {
+  std::vector<Option> options;
+  for (std::optional<Command> at = app; at; at = at->parent()) {
+    for (const Option option : at->options()) {
+      const auto names = option.long_names();
+      const bool new_name = std::ranges::none_of(
+          options, [&names](Option known) { return known.long_names() == names; });
+      if (!names.empty() && new_name) options.push_back(option);
     }
   }
   return options;
 }
 
-const CLI::Option* find_option(const CLI::App& app, const std::string& word) {
-  for (const CLI::Option* option : options_of(app)) {
-    if (option->check_name(word)) return option;
+std::optional<Option> find_option(Command app, const std::string& word) {
+  for (const Option option : options_of(app)) {
+    if (option.has_name(word)) return option;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
-std::vector<const CLI::Option*> positionals_of(const CLI::App& app) {
-  return app.get_options([](const CLI::Option* option) { return option->get_positional(); });
+std::vector<Option> positionals_of(Command app) {
+  std::vector<Option> positionals = app.options();
+  std::erase_if(positionals, [](Option option) { return !option.is_positional(); });
+  return positionals;
 }
 
-std::string value_name(const CLI::Option& option) {
-  if (option.get_expected_max() == 0) return "";
+std::string value_name(Option option) {
+  if (option.expected_max() == 0) return "";
   const std::string type = bare_type(option);
   if (type == "FLOAT") return "NUMBER";
   if (type == "INT" || type == "UINT") return "N";
   if (!type.empty() && type != "TEXT") return type;
-  return upper(option.get_positional() ? option.get_name(true) : option.get_lnames().front());
+  return upper(option.is_positional() ? option.name() : option.long_names().front());
 }
 
-std::vector<std::string> choices_of(const CLI::Option& option) {
-  const std::string type = option.get_type_name();
+std::vector<std::string> choices_of(Option option) {
+  const std::string type = option.type_text();
   const std::size_t open = type.find('{'), close = type.find('}');
   std::vector<std::string> choices;
   if (open == std::string::npos || close == std::string::npos) return choices;
@@ -90,8 +94,8 @@ std::vector<std::string> choices_of(const CLI::Option& option) {
   return choices;
 }
 
-std::string described(const CLI::Option& option) {
-  std::string text = option.get_description();
+std::string described(Option option) {
+  std::string text = option.description();
   const auto add = [&text](const std::string& more) {
     text += (text.empty() ? "" : " ") + ("[" + more + "]");
   };
@@ -100,15 +104,15 @@ std::string described(const CLI::Option& option) {
     return text.find(choice) != std::string::npos;
   });
   if (!told) add(fmt::format("{}", fmt::join(choices, ", ")));
-  std::string standard = option.get_default_str();
+  std::string standard = option.default_text();
   if (standard.starts_with('[') && standard.ends_with(']')) {
     standard = standard.substr(1, standard.size() - 2);
   }
   if (!standard.empty()) add("default " + standard);
-  if (option.get_required() && !option.get_positional()) add("required");
-  for (const CLI::Option* other : option.get_needs()) add("with " + other->get_name());
-  for (const CLI::Option* other : option.get_excludes()) {
-    add("without " + (other->get_positional() ? value_name(*other) : other->get_name()));
+  if (option.is_required() && !option.is_positional()) add("required");
+  for (const Option other : option.needed()) add("with " + other.name());
+  for (const Option other : option.excluded()) {
+    add("without " + (other.is_positional() ? value_name(other) : other.name()));
   }
   return text;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/job/text.hpp"
 #include "app/report/gather.hpp"
@@ -92,12 +93,12 @@ ExitCode run_compare(const CompareOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_compare(CLI::App& app, Context& context) {
+void setup_compare(Command app, Context& context) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command = app.add_subcommand("compare", "The figures of two campaigns side by side");
-  command->add_option("A", options->a, "Name or uuid")->required()->type_name("CAMPAIGN");
-  command->add_option("B", options->b, "Name or uuid")->required()->type_name("CAMPAIGN");
-  on_run(*command, context, options, run_compare);
+  Command command = app.command("compare", "The figures of two campaigns side by side");
+  command.option("A", options->a, "Name or uuid").required().type("CAMPAIGN");
+  command.option("B", options->b, "Name or uuid").required().type("CAMPAIGN");
+  on_run(command, context, options, run_compare);
 }
 
 }  // namespace trammel::cli

@@ -11,7 +11,7 @@ struct CompareOptions {
 };
 
 /// `compare A B`: the figures two campaigns have in common, side by side.
-void setup_compare(CLI::App& app, Context& context);
+void setup_compare(Command app, Context& context);
 ExitCode run_compare(const CompareOptions& options, Context& context);
 
 }  // namespace trammel::cli

@@ -31,8 +31,7 @@ using Values = std::function<Candidates(const std::string& name, const Given& gi
 /// The words that can stand in the place of the last of `words`, beginning as it does: commands,
 /// options not given yet, choices, and what `values` has. Walks the tree of commands, so what is
 /// added there is completed. Proof: completion_test.cpp.
-Candidates candidates(const CLI::App& app, const std::vector<std::string>& words,
-                      const Values& values);
+Candidates candidates(Command app, const std::vector<std::string>& words, const Values& values);
 
 /// The values of stored things, from the database of the line or of `context`; a database that
 /// cannot be read has none.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "app/cli/complete.hpp"
@@ -47,7 +48,7 @@ ExitCode run_completion(const CompletionOptions& options, Context& context) {
 
 ExitCode run_complete(const CompleteOptions& options, Context& context) {
   const Candidates found =
-      candidates(*options.app, options.words, [&context](const auto& name, const auto& given) {
+      candidates(options.app, options.words, [&context](const auto& name, const auto& given) {
         return stored_values(name, given, context);
       });
   if (context.json) {
@@ -62,24 +63,21 @@ ExitCode run_complete(const CompleteOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_completion(CLI::App& app, Context& context) {
+void setup_completion(Command app, Context& context) {
   auto script = std::make_shared<CompletionOptions>();
-  CLI::App* completion = app.add_subcommand(
+  Command completion = app.command(
       "completion", "Completion at TAB for bash, zsh or fish: prints what the shell reads");
   std::vector<std::string> names;
   for (const Shell& shell : shells()) names.emplace_back(shell.name);
-  completion->add_option("SHELL", script->shell, "bash, zsh or fish")
-      ->required()
-      ->check(CLI::IsMember(names));
-  on_run(*completion, context, script, run_completion);
+  completion.option("SHELL", script->shell, "bash, zsh or fish").required().one_of(names);
+  on_run(completion, context, script, run_completion);
 
-  auto asked = std::make_shared<CompleteOptions>();
-  asked->app = &app;
-  CLI::App* complete =
-      app.add_subcommand("complete", "What can stand next on a command line; asked by completions");
-  complete->group("");  // hidden
-  complete->add_option("WORDS", asked->words, "The line behind --, up to the word to complete");
-  on_run(*complete, context, asked, run_complete);
+  auto asked = std::make_shared<CompleteOptions>(CompleteOptions{.app = app, .words = {}});
+  Command complete =
+      app.command("complete", "What can stand next on a command line; asked by completions");
+  complete.hide();
+  complete.option("WORDS", asked->words, "The line behind --, up to the word to complete");
+  on_run(complete, context, asked, run_complete);
 }
 
 }  // namespace trammel::cli

@@ -4,7 +4,9 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
+#include "app/cli/command_tree.hpp"
 #include "app/terminal/columns.hpp"
 
 namespace trammel::cli {
@@ -55,10 +57,13 @@ void Context::next(std::string_view command) const {
                          : " --db " + shell_word(db_option)));
 }
 
-CLI::App& noun(CLI::App& app, const std::string& name, const std::string& description) {
-  const auto same = [&name](CLI::App* sub) { return sub->get_name() == name; };
-  if (const auto known = app.get_subcommands(same); !known.empty()) return *known.front();
-  return *app.add_subcommand(name, description)->require_subcommand(1);
+Command noun(Command app, const std::string& name, const std::string& description) {
+  if (const auto known = find_command(app, name)) return *known;
+  return app.command(name, description).require_command();
+}
+
+void on_run(Command command, Context& context, std::function<ExitCode()> run) {
+  command.on_chosen([&context, run = std::move(run)] { context.chosen = run; });
 }
 
 }  // namespace trammel::cli

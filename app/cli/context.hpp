@@ -4,13 +4,13 @@
 // A command is one file pair app/cli/NAME.{hpp,cpp} with an options struct, setup_NAME(app,
 // context) and run_NAME(options, context), and one line in commands.cpp.
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
+#include "app/cli/command_line.hpp"
 #include "app/terminal/text.hpp"
 #include "core/error.hpp"
 
@@ -51,16 +51,16 @@ struct Context {
 };
 
 /// The noun `name` ("campaign"), made on first use, so that several files can add verbs to it.
-CLI::App& noun(CLI::App& app, const std::string& name, const std::string& description);
+Command noun(Command app, const std::string& name, const std::string& description);
 
-/// Runs `run(*options, context)` when the words on the line name `command`. `options` is what the
-/// command's options were bound to. The help lists the exit codes.
+/// Runs `run` when the words on the line name `command`. The help lists the exit codes.
+void on_run(Command command, Context& context, std::function<ExitCode()> run);
+
+/// `options` is what the command's options were bound to.
 template <class Options>
-void on_run(CLI::App& command, Context& context, std::shared_ptr<Options> options,
+void on_run(Command command, Context& context, std::shared_ptr<Options> options,
             ExitCode (*run)(const Options&, Context&)) {
-  command.callback([&context, options, run] {
-    context.chosen = [&context, options, run] { return run(*options, context); };
-  });
+  on_run(command, context, [&context, options, run] { return run(*options, context); });
 }
 
 }  // namespace trammel::cli

@@ -1,6 +1,7 @@
 #include "app/cli/db.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "store/backup.hpp"
 #include "store/open.hpp"
@@ -78,22 +79,22 @@ ExitCode run_db_migrate(const DbOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_db(CLI::App& app, Context& context) {
-  CLI::App& db = noun(app, "db", "The database as a file: check, verify, backup, migrate");
+void setup_db(Command app, Context& context) {
+  Command db = noun(app, "db", "The database as a file: check, verify, backup, migrate");
   const auto none = std::make_shared<DbOptions>();
-  on_run(*db.add_subcommand("check", "Is the file whole? (pages, indexes, bounds, references)"),
-         context, none, run_db_check);
-  on_run(*db.add_subcommand("verify", "check, and is every row what was stored? (SHA-256)"),
-         context, none, run_db_verify);
+  on_run(db.command("check", "Is the file whole? (pages, indexes, bounds, references)"), context,
+         none, run_db_check);
+  on_run(db.command("verify", "check, and is every row what was stored? (SHA-256)"), context, none,
+         run_db_verify);
   const auto backup = std::make_shared<DbBackupOptions>();
-  CLI::App* copy = db.add_subcommand("backup", "A verified copy, also while a session runs");
-  copy->add_option("FILE", backup->to, "New file")->required();
-  copy->add_flag("--dry-run", backup->dry_run, "Verify the database and the name, copy nothing");
-  on_run(*copy, context, backup, run_db_backup);
+  Command copy = db.command("backup", "A verified copy, also while a session runs");
+  copy.option("FILE", backup->to, "New file").required();
+  copy.flag("--dry-run", backup->dry_run, "Verify the database and the name, copy nothing");
+  on_run(copy, context, backup, run_db_backup);
   const auto migrate = std::make_shared<DbOptions>();
-  CLI::App* to_this = db.add_subcommand("migrate", "Take an older database to this version");
-  to_this->add_flag("--dry-run", migrate->dry_run, "Say from where to where, change nothing");
-  on_run(*to_this, context, migrate, run_db_migrate);
+  Command to_this = db.command("migrate", "Take an older database to this version");
+  to_this.flag("--dry-run", migrate->dry_run, "Say from where to where, change nothing");
+  on_run(to_this, context, migrate, run_db_migrate);
 }
 
 }  // namespace trammel::cli

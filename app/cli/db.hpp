@@ -15,7 +15,7 @@ struct DbBackupOptions {
 };
 
 /// `db check`, `verify`, `backup`, `migrate`: the file as a whole.
-void setup_db(CLI::App& app, Context& context);
+void setup_db(Command app, Context& context);
 
 ExitCode run_db_check(const DbOptions& options, Context& context);
 ExitCode run_db_verify(const DbOptions& options, Context& context);

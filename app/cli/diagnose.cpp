@@ -1,6 +1,7 @@
 #include "app/cli/diagnose.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/files/campaign_file.hpp"
 #include "app/files/files.hpp"
@@ -99,32 +100,31 @@ ExitCode run_diagnose(const DiagnoseOptions& options, Context& context) {
 
 }  // namespace
 
-void setup_diagnose(CLI::App& app, Context& context) {
-  CLI::App& command = *app.add_subcommand(
-      "diagnose", "Which physical effect is the model missing, and can it be trusted");
+void setup_diagnose(Command app, Context& context) {
+  Command command =
+      app.command("diagnose", "Which physical effect is the model missing, and can it be trusted");
   auto options = std::make_shared<DiagnoseOptions>();
-  command.add_option("campaign", options->request.campaign, "name or uuid of a stored campaign");
+  command.option("campaign", options->request.campaign, "name or uuid of a stored campaign");
+  command.option("--from", options->from, "a campaign/1 folder instead; no database is touched")
+      .type("FOLDER");
   command
-      .add_option("--from", options->from, "a campaign/1 folder instead; no database is touched")
-      ->type_name("FOLDER");
-  command
-      .add_option("--session", options->request.sessions,
-                  "on this session (repeatable; all baseline sessions)")
-      ->type_name("SESSION");
-  command.add_option("--plan", options->plan, "write the points to measure next as a plan")
-      ->type_name("FILE");
-  command.add_option("--require", options->require, "exit 5 when the verdict is another")
-      ->check(CLI::IsMember({"nothing_missing", "explained", "ambiguous", "unexplained"}));
-  command.add_option_function<int>(
+      .option("--session", options->request.sessions,
+              "on this session (repeatable; all baseline sessions)")
+      .type("SESSION");
+  command.option("--plan", options->plan, "write the points to measure next as a plan")
+      .type("FILE");
+  command.option("--require", options->require, "exit 5 when the verdict is another")
+      .one_of({"nothing_missing", "explained", "ambiguous", "unexplained"});
+  command.on_option<int>(
       "--seed", [options](const int& v) { options->given["seed"] = v; }, "of the bootstrap (1)");
-  command.add_option_function<int>(
+  command.on_option<int>(
       "--replicates", [options](const int& v) { options->given["replicates"] = v; },
       "of the bootstrap (2000)");
-  command.add_flag_callback(
+  command.on_flag(
       "--shared-epochs", [options] { options->given["epochs"] = "shared"; },
       "no joint zeros and frame offset of their own for later epochs");
-  command.add_flag("--force", options->request.force, "compute again and store another run");
-  command.add_flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
+  command.flag("--force", options->request.force, "compute again and store another run");
+  command.flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
   on_run(command, context, options, run_diagnose);
 }
 

@@ -4,6 +4,6 @@
 
 namespace trammel::cli {
 
-void setup_diagnose(CLI::App& app, Context& context);
+void setup_diagnose(Command app, Context& context);
 
 }  // namespace trammel::cli

@@ -1,6 +1,7 @@
 #include "app/cli/emulate.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/serving.hpp"
 #include "app/emulate/galil.hpp"
@@ -116,61 +117,58 @@ ExitCode run_tracker(const EmulateOptions& o, Context& context) {
   return ExitCode::ok;
 }
 
-CLI::App& add_device(CLI::App& emulate, const char* name, const char* what, EmulateOptions& o,
-                     Emulated device) {
-  CLI::App& c = *emulate.add_subcommand(name, what);
-  c.add_option("--robot", o.robot, "the virtual robot, robot/1")->required()->type_name("FILE");
-  c.add_option("--port", o.server.port, "0: any that is free")->capture_default_str();
-  c.add_option("--address", o.server.address, "by default this machine alone")
-      ->capture_default_str();
-  c.add_option("--speedup", o.speedup, "seconds there for each one here")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-3, 1e6));
-  c.add_option("--fault", o.faults,
-               "KIND@N or KIND@N:TEXT, at the N-th command (with TEXT in it), move or "
-               "measurement; KIND: " +
-                   emulate::fault_kinds(device))
-      ->type_name("KIND@N");
-  c.add_option("--nests", o.nests, "reflectors and stand of the tracker, emulated-tracker/1")
-      ->type_name("FILE");
+Command add_device(Command emulate, const char* name, const char* what, EmulateOptions& o,
+                   Emulated device) {
+  Command c = emulate.command(name, what);
+  c.option("--robot", o.robot, "the virtual robot, robot/1").required().type("FILE");
+  c.option("--port", o.server.port, "0: any that is free").shown_default();
+  c.option("--address", o.server.address, "by default this machine alone").shown_default();
+  c.option("--speedup", o.speedup, "seconds there for each one here")
+      .shown_default()
+      .range(1e-3, 1e6);
+  c.option("--fault", o.faults,
+           "KIND@N or KIND@N:TEXT, at the N-th command (with TEXT in it), move or "
+           "measurement; KIND: " +
+               emulate::fault_kinds(device))
+      .type("KIND@N");
+  c.option("--nests", o.nests, "reflectors and stand of the tracker, emulated-tracker/1")
+      .type("FILE");
   return c;
 }
 
-void setup_galil(CLI::App& emulate, Context& context) {
+void setup_galil(Command emulate, Context& context) {
   auto o = std::make_shared<EmulateOptions>();
-  CLI::App& c = add_device(emulate, "galil", "A Galil DMC-4183 that moves a virtual robot", *o,
-                           Emulated::stage);
-  c.add_option("--lead-mm", o->rail.lead_mm, "of the screws, mm a turn")->capture_default_str();
-  c.add_option("--counts-per-rev", o->rail.counts_per_rev, "of the encoders")
-      ->capture_default_str();
-  c.add_option("--gear", o->rail.gear, "motor turns a screw turn")->capture_default_str();
-  c.add_option("--sign", o->sign, "1 or -1: counts against displacement (one value or three)")
-      ->delimiter(',')
-      ->check(CLI::IsMember(std::vector<std::string>{"1", "-1"}));
-  c.add_option("--home-mm", o->home_mm, "displacement at the home switches (the robot's home)")
-      ->delimiter(',');
-  c.add_option("--lead-error", o->lead_error, "share by which a screw is too long")->delimiter(',');
-  c.add_option("--start-mm", o->start_mm, "where the rails stand at power-up, from home")
-      ->delimiter(',');
-  c.add_option("--tracker-port", o->tracker_port, "serve the tracker too, 0: any that is free");
-  c.add_option("--tracker-fault", o->tracker_faults, "a --fault of that tracker")
-      ->type_name("KIND@N");
+  Command c = add_device(emulate, "galil", "A Galil DMC-4183 that moves a virtual robot", *o,
+                         Emulated::stage);
+  c.option("--lead-mm", o->rail.lead_mm, "of the screws, mm a turn").shown_default();
+  c.option("--counts-per-rev", o->rail.counts_per_rev, "of the encoders").shown_default();
+  c.option("--gear", o->rail.gear, "motor turns a screw turn").shown_default();
+  c.option("--sign", o->sign, "1 or -1: counts against displacement (one value or three)")
+      .delimiter(',')
+      .one_of({"1", "-1"});
+  c.option("--home-mm", o->home_mm, "displacement at the home switches (the robot's home)")
+      .delimiter(',');
+  c.option("--lead-error", o->lead_error, "share by which a screw is too long").delimiter(',');
+  c.option("--start-mm", o->start_mm, "where the rails stand at power-up, from home")
+      .delimiter(',');
+  c.option("--tracker-port", o->tracker_port, "serve the tracker too, 0: any that is free");
+  c.option("--tracker-fault", o->tracker_faults, "a --fault of that tracker").type("KIND@N");
   on_run(c, context, o, run_galil);
 }
 
-void setup_tracker(CLI::App& emulate, Context& context) {
+void setup_tracker(Command emulate, Context& context) {
   auto o = std::make_shared<EmulateOptions>();
-  CLI::App& c = add_device(emulate, "tracker", "A laser tracker that sees a virtual robot", *o,
-                           Emulated::tracker);
-  c.add_option("--stage", o->stage, "the emulated stage that moves it (it stands at home)")
-      ->type_name("HOST:PORT");
+  Command c = add_device(emulate, "tracker", "A laser tracker that sees a virtual robot", *o,
+                         Emulated::tracker);
+  c.option("--stage", o->stage, "the emulated stage that moves it (it stands at home)")
+      .type("HOST:PORT");
   on_run(c, context, o, run_tracker);
 }
 
 }  // namespace
 
-void setup_emulate(CLI::App& app, Context& context) {
-  CLI::App& emulate = noun(app, "emulate", "Devices that are not there, as servers");
+void setup_emulate(Command app, Context& context) {
+  Command emulate = noun(app, "emulate", "Devices that are not there, as servers");
   setup_galil(emulate, context);
   setup_tracker(emulate, context);
 }

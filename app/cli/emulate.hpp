@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// `trammel emulate galil|tracker`: the device emulators as servers, until Ctrl-C or SIGTERM.
-void setup_emulate(CLI::App& app, Context& context);
+void setup_emulate(Command app, Context& context);
 
 }  // namespace trammel::cli

@@ -48,46 +48,32 @@ std::string two_columns(const std::string& left, const std::string& right) {
   return text + "\n";
 }
 
-class Help final : public CLI::Formatter {
- public:
-  std::string make_option(const CLI::Option* option, bool is_positional) const override {
-    const std::string more =
-        option->get_expected_max() >= CLI::detail::expected_max_vector_size ? " ..." : "";
-    if (is_positional) return two_columns(value_name(*option) + more, described(*option));
-    const std::string value = value_name(*option);
-    std::string values;
-    const int n = option->get_expected_min();
-    for (int k = 0; k < std::max(n, 1) && !value.empty(); ++k) values += " " + value;
-    return two_columns(option->get_name(false, true) + values + more, described(*option));
-  }
-
-  std::string make_option_usage(const CLI::Option* option) const override {
-    const std::string more =
-        option->get_expected_max() >= CLI::detail::expected_max_vector_size ? "..." : "";
-    const std::string name = value_name(*option) + more;
-    return option->get_required() ? name : "[" + name + "]";
-  }
-
-  std::string make_subcommand(const CLI::App* command) const override {
-    return two_columns(command->get_name(), command->get_description());
-  }
-
-  std::string make_description(const CLI::App* app) const override {
-    return fmt::format("{}\n", fmt::join(lines_of(app->get_description(), help_columns()), "\n"));
-  }
-
-  std::string make_footer(const CLI::App* app) const override {
-    return folded(CLI::Formatter::make_footer(app), help_columns());
-  }
-};
-
 }  // namespace
 
-std::shared_ptr<CLI::Formatter> help_formatter() {
-  auto help = std::make_shared<Help>();
-  help->label("SUBCOMMAND", "COMMAND");
-  help->label("Positionals", "Arguments");
-  return help;
+std::string option_help(Option option) {
+  const std::string more = option.takes_many() ? " ..." : "";
+  const std::string value = value_name(option);
+  if (option.is_positional()) return two_columns(value + more, described(option));
+  std::string values;
+  for (int k = 0; k < std::max(option.expected_min(), 1) && !value.empty(); ++k) {
+    values += " " + value;
+  }
+  return two_columns(option.all_names() + values + more, described(option));
 }
+
+std::string positional_usage(Option option) {
+  const std::string name = value_name(option) + (option.takes_many() ? "..." : "");
+  return option.is_required() ? name : "[" + name + "]";
+}
+
+std::string command_help(const std::string& name, const std::string& description) {
+  return two_columns(name, description);
+}
+
+std::string description_help(const std::string& description) {
+  return fmt::format("{}\n", fmt::join(lines_of(description, help_columns()), "\n"));
+}
+
+std::string footer_help(const std::string& footer) { return folded(footer, help_columns()); }
 
 }  // namespace trammel::cli

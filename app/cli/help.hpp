@@ -1,13 +1,17 @@
 #pragma once
+// The parts of a help as this program writes them: values by name, descriptions wrapped to the
+// terminal (to 100 columns where there is none).
 
-#include <memory>
+#include <string>
 
-#include "app/cli/context.hpp"
+#include "app/cli/command_line.hpp"
 
 namespace trammel::cli {
 
-/// Help as this program writes it: values by name, descriptions wrapped to the terminal (to 100
-/// columns where there is none).
-std::shared_ptr<CLI::Formatter> help_formatter();
+std::string option_help(Option option);
+std::string positional_usage(Option option);
+std::string command_help(const std::string& name, const std::string& description);
+std::string description_help(const std::string& description);
+std::string footer_help(const std::string& footer);
 
 }  // namespace trammel::cli

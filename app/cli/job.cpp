@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/rerun_all.hpp"
 #include "app/job/diff.hpp"
@@ -213,18 +214,18 @@ ExitCode run_rerun(const JobOptions& options, Context& context) {
   return run_rerun_all(options.sweep, options.force, options.dry_run, context);
 }
 
-CLI::App& verb(CLI::App& app, const char* name, const char* what) {
-  return *noun(app, "job", "Stored computations: inputs, results, and whether they still hold")
-              .add_subcommand(name, what);
+Command verb(Command app, const char* name, const char* what) {
+  return noun(app, "job", "Stored computations: inputs, results, and whether they still hold")
+      .command(name, what);
 }
 
 }  // namespace
 
-void setup_job(CLI::App& app, Context& context) {
+void setup_job(Command app, Context& context) {
   auto options = std::make_shared<JobOptions>();
   const char* const which = "a job's number, or six or more digits of its key";
-  CLI::App& list = verb(app, "list", "All jobs, or those of a campaign");
-  list.add_option("campaign", options->campaign, "name or uuid");
+  Command list = verb(app, "list", "All jobs, or those of a campaign");
+  list.option("campaign", options->campaign, "name or uuid");
   on_run(list, context, options, run_list);
   struct Verb {
     const char* name;
@@ -236,22 +237,22 @@ void setup_job(CLI::App& app, Context& context) {
         Verb{"why", "What a job was computed from, and what changed since", run_why},
         Verb{"verify", "Compute again from the same readings and compare bit for bit (5: differs)",
              run_verify}}) {
-    CLI::App& command = verb(app, v.name, v.what);
-    command.add_option("job", options->job, which)->required();
+    Command command = verb(app, v.name, v.what);
+    command.option("job", options->job, which).required();
     on_run(command, context, options, v.run);
   }
-  CLI::App& diff = verb(app, "diff", "Two jobs side by side");
-  diff.add_option("job", options->job, which)->required();
-  diff.add_option("other", options->other, which)->required()->type_name("JOB");
+  Command diff = verb(app, "diff", "Two jobs side by side");
+  diff.option("job", options->job, which).required();
+  diff.option("other", options->other, which).required().type("JOB");
   on_run(diff, context, options, run_diff);
-  CLI::App& rerun = verb(app, "rerun", "The same calibration on the readings as they are now");
-  CLI::Option* one = rerun.add_option("job", options->job, which);
-  rerun.add_flag("--force", options->force, "store another run although nothing changed");
-  rerun.add_flag("--dry-run", options->dry_run, "compute and show, store nothing");
-  CLI::Option* all =
-      rerun.add_flag("--all", options->all, "every campaign of the database instead of one job");
-  one->excludes(all);
-  setup_rerun_all(rerun, *all, options->sweep);
+  Command rerun = verb(app, "rerun", "The same calibration on the readings as they are now");
+  const Option one = rerun.option("job", options->job, which);
+  rerun.flag("--force", options->force, "store another run although nothing changed");
+  rerun.flag("--dry-run", options->dry_run, "compute and show, store nothing");
+  const Option all =
+      rerun.flag("--all", options->all, "every campaign of the database instead of one job");
+  one.excludes(all);
+  setup_rerun_all(rerun, all, options->sweep);
   on_run(rerun, context, options, run_rerun);
 }
 

@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// job list|show|why|diff|verify|rerun
-void setup_job(CLI::App& app, Context& context);
+void setup_job(Command app, Context& context);
 
 }  // namespace trammel::cli

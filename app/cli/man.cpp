@@ -1,6 +1,7 @@
 #include "app/cli/man.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/cli.hpp"
 #include "app/cli/command_tree.hpp"
@@ -44,17 +45,15 @@ std::string roff(const std::string& text) {
 std::string bold_roff(const std::string& text) { return "\\fB" + roff(text) + "\\fR"; }
 std::string value_roff(const std::string& text) { return "\\fI" + roff(text) + "\\fR"; }
 
-std::string more_of(const CLI::Option& option) {
-  return option.get_expected_max() >= CLI::detail::expected_max_vector_size ? " ..." : "";
-}
+std::string more_of(Option option) { return option.takes_many() ? " ..." : ""; }
 
-std::string option_entry(const CLI::Option& option) {
+std::string option_entry(Option option) {
   std::string head;
-  if (option.get_positional()) {
+  if (option.is_positional()) {
     head = value_roff(value_name(option));
   } else {
-    head = bold_roff(option.get_name(false, true));
-    const int n = std::max(1, option.get_expected_min());
+    head = bold_roff(option.all_names());
+    const int n = std::max(1, option.expected_min());
     for (int k = 0; k < n && !value_name(option).empty(); ++k) {
       head += " " + value_roff(value_name(option));
     }
@@ -62,25 +61,23 @@ std::string option_entry(const CLI::Option& option) {
   return ".TP\n" + head + more_of(option) + "\n" + roff(described(option)) + "\n";
 }
 
-std::string usage(const CLI::App& command) {
+std::string usage(Command command) {
   std::string line = bold_roff(full_name(command));
-  for (const CLI::Option* option : positionals_of(command)) {
-    const std::string name = value_roff(value_name(*option)) + more_of(*option);
-    line += option->get_required() ? " " + name : " [" + name + "]";
+  for (const Option option : positionals_of(command)) {
+    const std::string name = value_roff(value_name(option)) + more_of(option);
+    line += option.is_required() ? " " + name : " [" + name + "]";
   }
   return line + " [" + value_roff("options") + "]";
 }
 
-void add_command(const CLI::App& command, std::string& page) {
+void add_command(Command command, std::string& page) {
   const auto verbs = visible_commands(command);
-  for (const CLI::App* verb : verbs) add_command(*verb, page);
+  for (const Command verb : verbs) add_command(verb, page);
   if (!verbs.empty()) return;
-  page += ".SS " + usage(command) + "\n" + roff(command.get_description()) + "\n";
-  for (const CLI::Option* option : positionals_of(command)) page += option_entry(*option);
-  for (const CLI::Option* option : command.get_options()) {
-    if (!option->get_positional() && option != command.get_help_ptr()) {
-      page += option_entry(*option);
-    }
+  page += ".SS " + usage(command) + "\n" + roff(command.description()) + "\n";
+  for (const Option option : positionals_of(command)) page += option_entry(option);
+  for (const Option option : command.options()) {
+    if (!option.is_positional() && option != command.help_option()) page += option_entry(option);
   }
 }
 
@@ -111,19 +108,19 @@ std::string entries(const Entry (&all)[N]) {
 
 }  // namespace
 
-std::string man_page(const CLI::App& app) {
+std::string man_page(Command app) {
   std::string page =
       ".TH TRAMMEL 1 \"\" \"trammel " TRAMMEL_VERSION "\" \"Trammel\"\n.SH NAME\n" +
       roff("trammel - measurement campaigns on a planar 3-PRR parallel robot") +
       "\n.SH SYNOPSIS\n" + bold_roff("trammel") + " " + value_roff("command") + " [" +
-      value_roff("options") + "]\n.SH DESCRIPTION\n" + roff(app.get_description()) + "\n.PP\n" +
+      value_roff("options") + "]\n.SH DESCRIPTION\n" + roff(app.description()) + "\n.PP\n" +
       roff(
           "stdout is data, stderr is talk. With --json a command prints one object with a schema "
           "field, for errors too. The schemas are in the folder schemas of the package.") +
       "\n.SH COMMON OPTIONS\n";
-  for (const CLI::Option* option : app.get_options()) page += option_entry(*option);
+  for (const Option option : app.options()) page += option_entry(option);
   page += ".SH COMMANDS\n";
-  for (const CLI::App* command : visible_commands(app)) add_command(*command, page);
+  for (const Command command : visible_commands(app)) add_command(command, page);
   page += ".SH EXIT STATUS\n";
   for (const ExitMeaning& row : exit_codes()) {
     page += fmt::format(".TP\n\\fB{}\\fR\n{}\n", static_cast<int>(row.code), roff(row.meaning));
@@ -132,16 +129,15 @@ std::string man_page(const CLI::App& app) {
 }
 
 ExitCode run_man(const ManOptions& options, Context& context) {
-  const std::string page = man_page(*options.app);
+  const std::string page = man_page(options.app);
   context.json ? context.print("man", {{"page", page}}) : context.print_as_is(page);
   return ExitCode::ok;
 }
 
-void setup_man(CLI::App& app, Context& context) {
-  auto options = std::make_shared<ManOptions>();
-  options->app = &app;
-  on_run(*app.add_subcommand("man", "This manual as a man page: trammel man | man -l -"), context,
-         options, run_man);
+void setup_man(Command app, Context& context) {
+  auto options = std::make_shared<ManOptions>(ManOptions{app});
+  on_run(app.command("man", "This manual as a man page: trammel man | man -l -"), context, options,
+         run_man);
 }
 
 }  // namespace trammel::cli

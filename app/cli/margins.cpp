@@ -2,9 +2,9 @@
 
 namespace trammel::cli {
 
-void margin_options(CLI::App& command, CheckOptions& check) {
+void margin_options(Command command, CheckOptions& check) {
   const auto option = [&](const char* name, double& value, const char* what) {
-    command.add_option(name, value, what)->capture_default_str();
+    command.option(name, value, what).shown_default();
   };
   option("--limit-margin", check.limit_margin_mm, "free stroke, mm");
   option("--singularity-margin", check.singularity_margin, "0 to 1");

@@ -6,6 +6,6 @@
 namespace trammel::cli {
 
 /// Margins and speeds a plan is checked against.
-void margin_options(CLI::App& command, CheckOptions& check);
+void margin_options(Command command, CheckOptions& check);
 
 }  // namespace trammel::cli

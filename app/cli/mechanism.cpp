@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "app/cli/mechanism_maps.hpp"
@@ -216,34 +217,34 @@ ExitCode run_fk(const MechanismOptions& options, Context& context) {
 
 }  // namespace
 
-void setup_mechanism(CLI::App& app, Context& context) {
-  CLI::App& mechanism = noun(app, "mechanism", "Kinematics of a mechanism file");
+void setup_mechanism(Command app, Context& context) {
+  Command mechanism = noun(app, "mechanism", "Kinematics of a mechanism file");
   const auto verb = [&](const char* name, const char* what,
                         ExitCode (*run)(const MechanismOptions&, Context&)) {
-    CLI::App& command = *mechanism.add_subcommand(name, what);
+    Command command = mechanism.command(name, what);
     auto options = std::make_shared<MechanismOptions>();
-    command.add_option("file", options->file, "mechanism, campaign or robot JSON")->required();
+    command.option("file", options->file, "mechanism, campaign or robot JSON").required();
     on_run(command, context, options, run);
-    return std::pair<CLI::App*, MechanismOptions*>(&command, options.get());
+    return std::pair(command, options.get());
   };
   verb("check", "Is it usable, and where is home", run_check);
   const auto [ik, ik_options] = verb("ik", "Displacements that reach poses", run_ik);
-  ik->add_option("--pose", ik_options->values, "x mm, y mm, phi deg (repeatable)");
-  ik->add_option("--plan", ik_options->batch, "the targets of a plan: file, or name of a grid")
-      ->type_name("PLAN");
-  ik->add_option("--velocity", ik_options->velocity,
-                 "of the platform, mm/s mm/s deg/s: what the rails do at each pose (Eq. 6)")
-      ->expected(3);
-  ik->add_option("--acceleration", ik_options->acceleration,
-                 "of the platform, mm/s^2 mm/s^2 deg/s^2 (Eq. 8)")
-      ->expected(3);
-  ik->add_flag("--jacobians", ik_options->jacobians,
-               "with --json: J_V (Eq. 13) and J_e (Eq. 19, the paper's 18 columns, then h_1 h_2 "
-               "h_3), in mm and rad");
+  ik.option("--pose", ik_options->values, "x mm, y mm, phi deg (repeatable)");
+  ik.option("--plan", ik_options->batch, "the targets of a plan: file, or name of a grid")
+      .type("PLAN");
+  ik.option("--velocity", ik_options->velocity,
+            "of the platform, mm/s mm/s deg/s: what the rails do at each pose (Eq. 6)")
+      .expected(3);
+  ik.option("--acceleration", ik_options->acceleration,
+            "of the platform, mm/s^2 mm/s^2 deg/s^2 (Eq. 8)")
+      .expected(3);
+  ik.flag("--jacobians", ik_options->jacobians,
+          "with --json: J_V (Eq. 13) and J_e (Eq. 19, the paper's 18 columns, then h_1 h_2 "
+          "h_3), in mm and rad");
   const auto [fk, fk_options] = verb("fk", "Poses at displacements", run_fk);
-  fk->add_option("--l", fk_options->values, "l1 l2 l3 in mm (repeatable)");
-  fk->add_option("--commands", fk_options->batch, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv")
-      ->type_name("FILE");
+  fk.option("--l", fk_options->values, "l1 l2 l3 in mm (repeatable)");
+  fk.option("--commands", fk_options->batch, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv")
+      .type("FILE");
   setup_mechanism_maps(mechanism, context);
 }
 

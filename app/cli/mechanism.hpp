@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// mechanism check|fk|ik|sensitivity|workspace FILE
-void setup_mechanism(CLI::App& app, Context& context);
+void setup_mechanism(Command app, Context& context);
 
 }  // namespace trammel::cli

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "app/files/mechanism_json.hpp"
@@ -118,31 +119,28 @@ ExitCode run_workspace(const MapOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void grid_options(CLI::App& command, MapOptions& options) {
-  command.add_option("--half-width", options.half_width_mm, "of the grid, mm")
-      ->capture_default_str();
-  command.add_option("--step", options.step_mm, "of the grid, mm")->capture_default_str();
-  command.add_option("--phi", options.phi_deg, "orientation, deg")->capture_default_str();
+void grid_options(Command command, MapOptions& options) {
+  command.option("--half-width", options.half_width_mm, "of the grid, mm").shown_default();
+  command.option("--step", options.step_mm, "of the grid, mm").shown_default();
+  command.option("--phi", options.phi_deg, "orientation, deg").shown_default();
 }
 
 }  // namespace
 
-void setup_mechanism_maps(CLI::App& mechanism, Context& context) {
+void setup_mechanism_maps(Command mechanism, Context& context) {
   const auto verb = [&](const char* name, const char* what,
                         ExitCode (*run)(const MapOptions&, Context&)) {
-    CLI::App& command = *mechanism.add_subcommand(name, what);
+    Command command = mechanism.command(name, what);
     auto options = std::make_shared<MapOptions>();
-    command.add_option("file", options->file, "mechanism, campaign or robot JSON")->required();
+    command.option("file", options->file, "mechanism, campaign or robot JSON").required();
     grid_options(command, *options);
     on_run(command, context, options, run);
-    return std::pair<CLI::App*, MapOptions*>(&command, options.get());
+    return std::pair(command, options.get());
   };
   const auto [shares, options] =
       verb("sensitivity", "Share of each error source in the pose error (Eq. 20)", run_sensitivity);
-  shares->add_option("--angle", options->angle_deg, "error of all angles, deg")
-      ->capture_default_str();
-  shares->add_option("--length", options->length_mm, "error of all lengths, mm")
-      ->capture_default_str();
+  shares.option("--angle", options->angle_deg, "error of all angles, deg").shown_default();
+  shares.option("--length", options->length_mm, "error of all lengths, mm").shown_default();
   verb("workspace", "What is reachable, and how far from singular", run_workspace);
 }
 

@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// mechanism sensitivity|workspace FILE: what is computed over a grid of poses.
-void setup_mechanism_maps(CLI::App& mechanism, Context& context);
+void setup_mechanism_maps(Command mechanism, Context& context);
 
 }  // namespace trammel::cli

@@ -1,6 +1,7 @@
 #include "app/cli/model.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/job/model_json.hpp"
 #include "app/job/stored_model.hpp"
@@ -205,25 +206,25 @@ ExitCode run_diff(const ModelOptions& options, Context& context) {
 
 }  // namespace
 
-void setup_model(CLI::App& app, Context& context) {
-  CLI::App& model =
+void setup_model(Command app, Context& context) {
+  Command model =
       noun(app, "model", "The campaign's models: nominal, geometry, and each named effect added");
   const auto verb = [&](const char* name, const char* what,
                         ExitCode (*run)(const ModelOptions&, Context&)) {
-    CLI::App& command = *model.add_subcommand(name, what);
+    Command command = model.command(name, what);
     auto options = std::make_shared<ModelOptions>();
-    command.add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
+    command.option("CAMPAIGN", options->campaign, "Name or uuid").required();
     on_run(command, context, options, run);
-    return std::pair<CLI::App*, ModelOptions*>(&command, options.get());
+    return std::pair(command, options.get());
   };
   verb("list", "All versions, each with what it leaves of the gap", run_list);
   const char* const which = "Number of the version, or last";
   const auto show = verb(
       "show", "Parameters with units and standard deviations, and what is not known", run_show);
-  show.first->add_option("VERSION", show.second->version, which)->required();
+  show.first.option("VERSION", show.second->version, which).required();
   const auto diff = verb("diff", "What differs between two versions, and nothing else", run_diff);
-  diff.first->add_option("A", diff.second->version, which)->required()->type_name("VERSION");
-  diff.first->add_option("B", diff.second->other, which)->required()->type_name("VERSION");
+  diff.first.option("A", diff.second->version, which).required().type("VERSION");
+  diff.first.option("B", diff.second->other, which).required().type("VERSION");
   setup_model_use(model, context);
 }
 

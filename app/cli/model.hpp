@@ -9,9 +9,9 @@ namespace trammel::cli {
 
 /// `model list|show|diff|predict|export`: the versions of a campaign's model, and what they are
 /// for.
-void setup_model(CLI::App& app, Context& context);
+void setup_model(Command app, Context& context);
 
 /// `model predict` and `model export` (model_use.cpp).
-void setup_model_use(CLI::App& model, Context& context);
+void setup_model_use(Command model, Context& context);
 
 }  // namespace trammel::cli

@@ -1,6 +1,7 @@
 // What a model is for: poses predicted, and tables for controllers.
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/approach.hpp"
 #include "app/cli/model.hpp"
@@ -234,53 +235,51 @@ ExitCode run_export(const ExportOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void circumstances(CLI::App& c, Circumstances& at) {
-  c.add_option("--epoch", at.epoch, "Homing and set-up")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  c.add_option("--temp-degc", at.temp_degc, "Temperature of the machine (none: not compensated)")
-      ->check(CLI::Range(-273.15, 1000.0));
-  c.add_option("--time-s", at.time_s, "Since the campaign's start (none: no drift)");
+void circumstances(Command c, Circumstances& at) {
+  c.option("--epoch", at.epoch, "Homing and set-up").positive().shown_default();
+  c.option("--temp-degc", at.temp_degc, "Temperature of the machine (none: not compensated)")
+      .range(-273.15, 1000.0);
+  c.option("--time-s", at.time_s, "Since the campaign's start (none: no drift)");
 }
 
-void setup_predict(CLI::App& model, Context& context) {
-  CLI::App& c = *model.add_subcommand("predict", "Where the robot goes, as a version has it");
+void setup_predict(Command model, Context& context) {
+  Command c = model.command("predict", "Where the robot goes, as a version has it");
   auto o = std::make_shared<PredictOptions>();
-  c.add_option("CAMPAIGN", o->campaign, "Name or uuid")->required();
-  c.add_option("VERSION", o->version, "Number of the version, or last")->required();
-  c.add_option("--pose", o->poses,
-               "x mm,y mm,phi deg (repeatable): asked for of a controller without correction, one "
-               "after the other from home")
-      ->delimiter(',');
-  c.add_option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per rail")
-      ->capture_default_str();
-  c.add_option("--commands", o->commands, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv")
-      ->type_name("FILE");
+  c.option("CAMPAIGN", o->campaign, "Name or uuid").required();
+  c.option("VERSION", o->version, "Number of the version, or last").required();
+  c.option("--pose", o->poses,
+           "x mm,y mm,phi deg (repeatable): asked for of a controller without correction, one "
+           "after the other from home")
+      .delimiter(',');
+  c.option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per rail")
+      .shown_default();
+  c.option("--commands", o->commands, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv")
+      .type("FILE");
   circumstances(c, o->at);
   on_run(c, context, o, run_predict);
 }
 
-void setup_export(CLI::App& model, Context& context) {
-  CLI::App& c = *model.add_subcommand(
-      "export", "A compensation table for a controller (.csv), or the model (.json)");
+void setup_export(Command model, Context& context) {
+  Command c =
+      model.command("export", "A compensation table for a controller (.csv), or the model (.json)");
   auto o = std::make_shared<ExportOptions>();
-  c.add_option("CAMPAIGN", o->campaign, "Name or uuid")->required();
-  c.add_option("VERSION", o->version, "Number of the version, or last")->required();
-  c.add_option("FILE", o->file, "NAME.csv or NAME.json")->required();
-  c.add_option("--step-mm", o->grid.step_mm, "Of the targets")->capture_default_str();
-  c.add_option("--half-width-mm", o->grid.half_width_mm, "Of the square of targets about O_A")
-      ->capture_default_str();
-  c.add_option("--phi-deg", o->phi_deg, "Orientations, several with commas")
-      ->delimiter(',')
-      ->capture_default_str();
+  c.option("CAMPAIGN", o->campaign, "Name or uuid").required();
+  c.option("VERSION", o->version, "Number of the version, or last").required();
+  c.option("FILE", o->file, "NAME.csv or NAME.json").required();
+  c.option("--step-mm", o->grid.step_mm, "Of the targets").shown_default();
+  c.option("--half-width-mm", o->grid.half_width_mm, "Of the square of targets about O_A")
+      .shown_default();
+  c.option("--phi-deg", o->phi_deg, "Orientations, several with commas")
+      .delimiter(',')
+      .shown_default();
   circumstances(c, o->at);
-  c.add_flag("--dry-run", o->dry_run, "Compute and say, write nothing");
+  c.flag("--dry-run", o->dry_run, "Compute and say, write nothing");
   on_run(c, context, o, run_export);
 }
 
 }  // namespace
 
-void setup_model_use(CLI::App& model, Context& context) {
+void setup_model_use(Command model, Context& context) {
   setup_predict(model, context);
   setup_export(model, context);
 }

@@ -57,7 +57,7 @@ constexpr auto kRows = std::to_array<Row>({
 });
 
 /// The words of the command without "trammel", and of its noun alone.
-const Row* row_of(const CLI::App& command) {
+const Row* row_of(Command command) {
   std::string name = full_name(command).substr(full_name(command).find(' ') + 1);
   const auto find = [&name] {
     return std::ranges::find_if(kRows, [&name](const Row& row) { return row.command == name; });
@@ -77,14 +77,15 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 /// The row's line with the values of this one in the place of their names.
-std::string filled(const std::string& line, const CLI::App& command) {
+std::string filled(const std::string& line, Command command) {
   std::string out;
   for (std::size_t at = 0; at < line.size();) {
     const std::size_t end = std::min(line.find(' ', at), line.size());
     std::string word = line.substr(at, end - at);
-    for (const CLI::Option* option : command.get_options()) {
-      if (word != value_name(*option) || option->results().empty()) continue;
-      word = shell_word(option->results().front());
+    for (const Option option : command.options()) {
+      const auto given = option.words();
+      if (word != value_name(option) || given.empty()) continue;
+      word = shell_word(given.front());
       break;
     }
     out += (out.empty() ? "" : " ") + word;
@@ -95,8 +96,8 @@ std::string filled(const std::string& line, const CLI::App& command) {
 
 }  // namespace
 
-std::string next_step(const CLI::App& app, const std::vector<std::string>& words, ExitCode code) {
-  const CLI::App& command = chosen_command(app);
+std::string next_step(Command app, const std::vector<std::string>& words, ExitCode code) {
+  Command command = chosen_command(app);
   if (code == ExitCode::ok && std::ranges::find(words, "--dry-run") != words.end()) {
     std::vector<std::string> same = words;
     std::erase(same, "--dry-run");
@@ -107,9 +108,9 @@ std::string next_step(const CLI::App& app, const std::vector<std::string>& words
   return filled(code == ExitCode::ok ? row->after_ok : row->after_failure, command);
 }
 
-std::string next_step_after_error(const CLI::App& app, const std::vector<std::string>& words,
-                                  ExitCode code, bool of_database) {
-  const CLI::App& command = chosen_command(app);
+std::string next_step_after_error(Command app, const std::vector<std::string>& words, ExitCode code,
+                                  bool of_database) {
+  Command command = chosen_command(app);
   const std::string again = joined(words);
   switch (code) {
     case ExitCode::usage:

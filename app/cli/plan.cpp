@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/cli/approach.hpp"
@@ -270,88 +271,77 @@ ExitCode run_check(const FileOptions& options, Context& context) {
   return violations.empty() ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
-void grid_options(CLI::App& c, CreateOptions& o) {
-  c.add_option("--step", o.step_mm, "mm (10; paper-48, optimal: 20)");
-  c.add_option("--count", o.count, "paper-80: points on each of its 8 arms")->capture_default_str();
-  c.add_option("--half-width", o.half_width_mm, "lattice, optimal: of the square, mm")
-      ->capture_default_str();
-  c.add_option("--centre", o.centre_mm, "circle: x y in mm")->expected(2);
-  c.add_option("--radius", o.radius_mm, "circle: mm")->capture_default_str();
-  c.add_option("--points", o.points, "how many (circle: 72; optimal: 40)");
-  c.add_option("--mechanism", o.mechanism, "rail, optimal: mechanism file (the paper's)")
-      ->type_name("FILE");
-  c.add_option("--travel", o.travel_mm, "rail: mm to either side of home")->capture_default_str();
-  c.add_option("--targets", o.targets, "rail: targets per run")->capture_default_str();
-  c.add_option("--runs", o.runs, "rail: runs, each in both directions")->capture_default_str();
-  c.add_option("--criterion", o.criterion, "optimal: D (volume), A (mean variance), E (worst)")
-      ->check(CLI::IsMember(std::vector<std::string>{"D", "A", "E"}))
-      ->capture_default_str();
-  c.add_option("--campaign", o.campaign, "next-points: those of its last diagnosis")
-      ->type_name("CAMPAIGN");
-  c.add_option("--job", o.job, "next-points: those of this diagnosis")->type_name("JOB");
+void grid_options(Command c, CreateOptions& o) {
+  c.option("--step", o.step_mm, "mm (10; paper-48, optimal: 20)");
+  c.option("--count", o.count, "paper-80: points on each of its 8 arms").shown_default();
+  c.option("--half-width", o.half_width_mm, "lattice, optimal: of the square, mm").shown_default();
+  c.option("--centre", o.centre_mm, "circle: x y in mm").expected(2);
+  c.option("--radius", o.radius_mm, "circle: mm").shown_default();
+  c.option("--points", o.points, "how many (circle: 72; optimal: 40)");
+  c.option("--mechanism", o.mechanism, "rail, optimal: mechanism file (the paper's)").type("FILE");
+  c.option("--travel", o.travel_mm, "rail: mm to either side of home").shown_default();
+  c.option("--targets", o.targets, "rail: targets per run").shown_default();
+  c.option("--runs", o.runs, "rail: runs, each in both directions").shown_default();
+  c.option("--criterion", o.criterion, "optimal: D (volume), A (mean variance), E (worst)")
+      .one_of({"D", "A", "E"})
+      .shown_default();
+  c.option("--campaign", o.campaign, "next-points: those of its last diagnosis").type("CAMPAIGN");
+  c.option("--job", o.job, "next-points: those of this diagnosis").type("JOB");
   design_options(c, o.design);
 }
 
-void setup_create(CLI::App& plan, Context& context) {
-  CLI::App& c = *plan.add_subcommand("create", "Make a plan and print it, or write it to a file");
+void setup_create(Command plan, Context& context) {
+  Command c = plan.command("create", "Make a plan and print it, or write it to a file");
   auto o = std::make_shared<CreateOptions>();
-  o->given = [&c](const char* option) { return c.count(option) > 0; };
+  o->given = [c](const char* option) { return c.given(option); };
   std::vector<std::string> grids = grid_names();
   grids.insert(grids.end(), {"lattice", "circle", "rail", "optimal", job::kNextPoints});
-  c.add_option("grid", o->grid, "which points")->required()->check(CLI::IsMember(grids));
-  c.add_option("--out", o->out, "file to write (stdout)")->type_name("FILE");
-  c.add_flag("--dry-run", o->dry_run, "make the plan, write no file");
-  c.add_option("--name", o->name, "of the plan (the grid's)")->type_name("NAME");
+  c.option("grid", o->grid, "which points").required().one_of(grids);
+  c.option("--out", o->out, "file to write (stdout)").type("FILE");
+  c.flag("--dry-run", o->dry_run, "make the plan, write no file");
+  c.option("--name", o->name, "of the plan (the grid's)").type("NAME");
   grid_options(c, *o);
-  c.add_option("--orientations", o->orientations_deg,
-               "deg, added to each pose (0; optimal: -5,0,5)")
-      ->delimiter(',');
-  c.add_option("--approach", o->approaches, "+, - or 0 per rail, several with commas: +++,---")
-      ->delimiter(',');
-  c.add_option("--approach-distance", o->approach_mm, "length of the last move, mm")
-      ->capture_default_str();
-  c.add_option("--repeats", o->repeats, "times all points are visited, round by round")
-      ->capture_default_str();
-  c.add_option("--order", o->order, "of each round")
-      ->check(CLI::IsMember(std::vector<std::string>{"listed", "random", "nearest"}))
-      ->capture_default_str();
-  c.add_option("--seed", o->seed, "of the random order")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  c.add_option("--set", o->set, "identify or validate")
-      ->check(CLI::IsMember(std::vector<std::string>{"identify", "validate"}))
-      ->capture_default_str();
-  c.add_option("--references", o->references, "this many first points serve as references")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  c.option("--orientations", o->orientations_deg, "deg, added to each pose (0; optimal: -5,0,5)")
+      .delimiter(',');
+  c.option("--approach", o->approaches, "+, - or 0 per rail, several with commas: +++,---")
+      .delimiter(',');
+  c.option("--approach-distance", o->approach_mm, "length of the last move, mm").shown_default();
+  c.option("--repeats", o->repeats, "times all points are visited, round by round").shown_default();
+  c.option("--order", o->order, "of each round")
+      .one_of({"listed", "random", "nearest"})
+      .shown_default();
+  c.option("--seed", o->seed, "of the random order").non_negative().shown_default();
+  c.option("--set", o->set, "identify or validate")
+      .one_of({"identify", "validate"})
+      .shown_default();
+  c.option("--references", o->references, "this many first points serve as references")
+      .non_negative()
+      .shown_default();
   on_run(c, context, o, run_create);
 }
 
 }  // namespace
 
-void setup_plan(CLI::App& app, Context& context) {
-  CLI::App& plan = noun(app, "plan", "Which poses a session measures, and how it comes to them");
+void setup_plan(Command app, Context& context) {
+  Command plan = noun(app, "plan", "Which poses a session measures, and how it comes to them");
   setup_create(plan, context);
-  CLI::App& show = *plan.add_subcommand("show", "List the points of a plan");
+  Command show = plan.command("show", "List the points of a plan");
   auto shown = std::make_shared<FileOptions>();
-  show.add_option("plan", shown->file, "file, or the name of a grid")->required();
+  show.option("plan", shown->file, "file, or the name of a grid").required();
   on_run(show, context, shown, run_show);
-  CLI::App& checked =
-      *plan.add_subcommand("check", "Every target and every path; lists all faults");
+  Command checked = plan.command("check", "Every target and every path; lists all faults");
   auto options = std::make_shared<FileOptions>();
-  checked.add_option("plan", options->file, "file, or the name of a grid")->required();
-  checked.add_option("--mechanism", options->mechanism, "mechanism file (the paper's)")
-      ->type_name("FILE");
+  checked.option("plan", options->file, "file, or the name of a grid").required();
+  checked.option("--mechanism", options->mechanism, "mechanism file (the paper's)").type("FILE");
   margin_options(checked, options->check);
-  checked.add_option("--speed", options->check.speed_mm_s, "of the fastest rail, mm/s")
-      ->capture_default_str();
+  checked.option("--speed", options->check.speed_mm_s, "of the fastest rail, mm/s").shown_default();
   checked
-      .add_option("--record", options->record,
-                  "write that the plan is safe, for `session run --plan-check`")
-      ->type_name("FILE");
-  checked.add_flag("--dry-run", options->dry_run, "check, write no record");
-  checked.add_flag("--identifiability", options->identifiability,
-                   "say what the readings will tell: rank, what stays unknown, uncertainty");
+      .option("--record", options->record,
+              "write that the plan is safe, for `session run --plan-check`")
+      .type("FILE");
+  checked.flag("--dry-run", options->dry_run, "check, write no record");
+  checked.flag("--identifiability", options->identifiability,
+               "say what the readings will tell: rank, what stays unknown, uncertainty");
   design_options(checked, options->design);
   on_run(checked, context, options, run_check);
 }

@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// plan create|show|check
-void setup_plan(CLI::App& app, Context& context);
+void setup_plan(Command app, Context& context);
 
 }  // namespace trammel::cli

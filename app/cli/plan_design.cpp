@@ -1,6 +1,7 @@
 #include "app/cli/plan_design.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
@@ -54,13 +55,12 @@ Json uncertainty_json(const PoseUncertainty& u) {
 
 TrackerSigma DesignOptions::sigma() const { return {sigma_xy_mm, rad_from_deg(sigma_phi_deg)}; }
 
-void design_options(CLI::App& c, DesignOptions& o) {
-  c.add_option("--sigma-xy", o.sigma_xy_mm, "of one tracker reading, mm")->capture_default_str();
-  c.add_option("--sigma-phi", o.sigma_phi_deg, "of one tracker reading, deg")
-      ->capture_default_str();
-  c.add_option("--effects", o.effects, "to identify beside the geometry, with commas")
-      ->delimiter(',')
-      ->type_name("EFFECT");
+void design_options(Command c, DesignOptions& o) {
+  c.option("--sigma-xy", o.sigma_xy_mm, "of one tracker reading, mm").shown_default();
+  c.option("--sigma-phi", o.sigma_phi_deg, "of one tracker reading, deg").shown_default();
+  c.option("--effects", o.effects, "to identify beside the geometry, with commas")
+      .delimiter(',')
+      .type("EFFECT");
 }
 
 PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignOptions& options) {

@@ -2,11 +2,11 @@
 // What a plan will tell before it is measured: options, text and JSON of `plan check
 // --identifiability`, and the choice of points of `plan create optimal`.
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "app/cli/command_line.hpp"
 #include "core/calibrate/optimal_plan.hpp"
 
 namespace trammel::cli {
@@ -18,7 +18,7 @@ struct DesignOptions {
 
   [[nodiscard]] TrackerSigma sigma() const;
 };
-void design_options(CLI::App& command, DesignOptions& options);
+void design_options(Command command, DesignOptions& options);
 
 /// A plan's rank, null space in words, observability indices and predicted uncertainty.
 struct PlanDesign {

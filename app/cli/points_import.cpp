@@ -1,6 +1,7 @@
 #include "app/cli/points_import.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "app/files/files.hpp"
 #include "app/files/json_file.hpp"

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/example_files.hpp"
 #include "app/cli/report.hpp"
@@ -186,23 +187,23 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_protocol(CLI::App& app, Context& context) {
-  CLI::App& protocols = noun(app, "protocol", "A whole campaign as data");
+void setup_protocol(Command app, Context& context) {
+  Command protocols = noun(app, "protocol", "A whole campaign as data");
   auto options = std::make_shared<ProtocolOptions>();
-  CLI::App* run = protocols.add_subcommand(
+  Command run = protocols.command(
       "run", "Measure, calibrate, compensate, measure again; resumes, and skips what is done");
-  run->add_option("FILE", options->file, "protocol/1, as examples/paper/protocol.json")->required();
-  run->add_flag("--dry-run", options->dry_run, "Say what is left to do, store and move nothing");
-  on_run(*run, context, options, run_protocol);
+  run.option("FILE", options->file, "protocol/1, as examples/paper/protocol.json").required();
+  run.flag("--dry-run", options->dry_run, "Say what is left to do, store and move nothing");
+  on_run(run, context, options, run_protocol);
 }
 
-void setup_demo(CLI::App& app, Context& context) {
+void setup_demo(Command app, Context& context) {
   auto options = std::make_shared<DemoOptions>();
-  CLI::App* demo = app.add_subcommand(
-      "demo", "The paper's whole campaign on the virtual robot, with its report");
-  demo->add_option("FOLDER", options->folder, "Where everything goes")->capture_default_str();
-  demo->add_flag("--dry-run", options->dry_run, "Say what is left to do, store and move nothing");
-  on_run(*demo, context, options, run_demo);
+  Command demo =
+      app.command("demo", "The paper's whole campaign on the virtual robot, with its report");
+  demo.option("FOLDER", options->folder, "Where everything goes").shown_default();
+  demo.flag("--dry-run", options->dry_run, "Say what is left to do, store and move nothing");
+  on_run(demo, context, options, run_demo);
 }
 
 }  // namespace trammel::cli

@@ -16,11 +16,11 @@ struct DemoOptions {
 };
 
 /// `protocol run FILE`: a whole campaign as data, resumed where an earlier run ended.
-void setup_protocol(CLI::App& app, Context& context);
+void setup_protocol(Command app, Context& context);
 ExitCode run_protocol(const ProtocolOptions& options, Context& context);
 
 /// `demo`: the paper's protocol on the virtual robot, into a folder of its own.
-void setup_demo(CLI::App& app, Context& context);
+void setup_demo(Command app, Context& context);
 ExitCode run_demo(const DemoOptions& options, Context& context);
 
 }  // namespace trammel::cli

@@ -1,6 +1,7 @@
 #include "app/cli/query.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "app/files/csv.hpp"
 #include "app/files/numbers.hpp"
@@ -101,21 +102,21 @@ ExitCode run_query(const QueryOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_query(CLI::App& app, Context& context) {
+void setup_query(Command app, Context& context) {
   const auto options = std::make_shared<QueryOptions>();
-  CLI::App* query = app.add_subcommand(
+  Command query = app.command(
       "query",
       "Answer one SELECT on the database, read only; export a table or view.\n"
       "Views: v_accuracy, v_point_error, v_job, v_job_point, v_drift, v_point_status; see\n"
       "store/README.md. "
       "Ten questions with their answers: examples/queries");
-  query->add_option("SQL", options->sql, "One SELECT, or the name of a table or view: all of it")
-      ->required();
-  CLI::Option* csv = query->add_flag("--csv", options->csv, "Comma-separated values");
-  query->add_flag("--ndjson", options->ndjson, "One JSON object a line")->excludes(csv);
-  query->add_option("--timeout_s", options->timeout_s, "Stop after so many seconds (default 30)")
-      ->check(CLI::Range(0.001, 86400.0));
-  on_run(*query, context, options, run_query);
+  query.option("SQL", options->sql, "One SELECT, or the name of a table or view: all of it")
+      .required();
+  const Option csv = query.flag("--csv", options->csv, "Comma-separated values");
+  query.flag("--ndjson", options->ndjson, "One JSON object a line").excludes(csv);
+  query.option("--timeout_s", options->timeout_s, "Stop after so many seconds (default 30)")
+      .range(0.001, 86400.0);
+  on_run(query, context, options, run_query);
 }
 
 }  // namespace trammel::cli

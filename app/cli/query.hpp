@@ -14,7 +14,7 @@ struct QueryOptions {
 };
 
 /// `query SQL`: one SELECT, read only, within a time.
-void setup_query(CLI::App& app, Context& context);
+void setup_query(Command app, Context& context);
 
 ExitCode run_query(const QueryOptions& options, Context& context);
 

@@ -1,6 +1,7 @@
 #include "app/cli/reading.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "store/campaign.hpp"
 #include "store/open.hpp"
@@ -28,16 +29,15 @@ ExitCode run_reading_exclude(const ReadingExcludeOptions& options, Context& cont
   return ExitCode::ok;
 }
 
-void setup_reading(CLI::App& app, Context& context) {
-  CLI::App& readings = noun(app, "reading", "Readings: exclude");
+void setup_reading(Command app, Context& context) {
+  Command readings = noun(app, "reading", "Readings: exclude");
   const auto options = std::make_shared<ReadingExcludeOptions>();
-  CLI::App* exclude =
-      readings.add_subcommand("exclude", "Leave a reading out of later jobs, with a reason");
-  exclude->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
-  exclude->add_option("--seq", options->seq, "Which reading")->required();
-  exclude->add_option("--reason", options->reason, "Why")->required();
-  exclude->add_flag("--dry-run", options->dry_run, "Check and say, store nothing");
-  on_run(*exclude, context, options, run_reading_exclude);
+  Command exclude = readings.command("exclude", "Leave a reading out of later jobs, with a reason");
+  exclude.option("CAMPAIGN", options->campaign, "Name or uuid").required();
+  exclude.option("--seq", options->seq, "Which reading").required();
+  exclude.option("--reason", options->reason, "Why").required();
+  exclude.flag("--dry-run", options->dry_run, "Check and say, store nothing");
+  on_run(exclude, context, options, run_reading_exclude);
 }
 
 }  // namespace trammel::cli

@@ -14,7 +14,7 @@ struct ReadingExcludeOptions {
 };
 
 /// `reading exclude`: later jobs leave the reading out; it stays stored.
-void setup_reading(CLI::App& app, Context& context);
+void setup_reading(Command app, Context& context);
 
 ExitCode run_reading_exclude(const ReadingExcludeOptions& options, Context& context);
 

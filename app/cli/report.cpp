@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/files/files.hpp"
@@ -80,17 +81,16 @@ ExitCode run_report(const ReportOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-void setup_report(CLI::App& app, Context& context) {
+void setup_report(Command app, Context& context) {
   auto options = std::make_shared<ReportOptions>();
-  CLI::App* command =
-      app.add_subcommand("report", "Accuracy before and after, and what it rests on");
-  command->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
+  Command command = app.command("report", "Accuracy before and after, and what it rests on");
+  command.option("CAMPAIGN", options->campaign, "Name or uuid").required();
   command
-      ->add_option("--html", options->html,
-                   "Write the report as a page in one file: all figures, for screen and paper")
-      ->type_name("FILE");
-  command->add_flag("--dry-run", options->dry_run, "Make the page and write nothing");
-  on_run(*command, context, options, run_report);
+      .option("--html", options->html,
+              "Write the report as a page in one file: all figures, for screen and paper")
+      .type("FILE");
+  command.flag("--dry-run", options->dry_run, "Make the page and write nothing");
+  on_run(command, context, options, run_report);
 }
 
 }  // namespace trammel::cli

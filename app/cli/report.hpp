@@ -15,7 +15,7 @@ struct ReportOptions {
 
 /// `report CAMPAIGN`: before and after, for each figure whether in-sample or held-out; with --html
 /// as a page in one file.
-void setup_report(CLI::App& app, Context& context);
+void setup_report(Command app, Context& context);
 ExitCode run_report(const ReportOptions& options, Context& context);
 
 /// `text` with its underlined headings bold, on a terminal that may be coloured.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include "app/job/rerun_all.hpp"
 #include "app/session/stop_signal.hpp"
@@ -24,21 +25,21 @@ job::Json parameters_of(const std::string& text) {
 
 }  // namespace
 
-void setup_rerun_all(CLI::App& rerun, CLI::Option& all, RerunAllOptions& options) {
-  rerun.add_option("--stage", options.stage, "the calibration: lsq, geometry, idw, ...")
-      ->needs(&all)
-      ->type_name("METHOD");
-  rerun.add_option("--where", options.where, "SQL condition on the table campaign")
-      ->needs(&all)
-      ->type_name("CONDITION");
+void setup_rerun_all(Command rerun, Option all, RerunAllOptions& options) {
+  rerun.option("--stage", options.stage, "the calibration: lsq, geometry, idw, ...")
+      .needs(all)
+      .type("METHOD");
+  rerun.option("--where", options.where, "SQL condition on the table campaign")
+      .needs(all)
+      .type("CONDITION");
   rerun
-      .add_option("--parameters", options.parameters,
-                  "of the stage, as JSON (default: those of each campaign's newest job)")
-      ->needs(&all)
-      ->type_name("JSON");
-  rerun.add_option("--threads", options.threads, "that compute (default: one per core)")
-      ->needs(&all)
-      ->check(CLI::Range(1U, 256U));
+      .option("--parameters", options.parameters,
+              "of the stage, as JSON (default: those of each campaign's newest job)")
+      .needs(all)
+      .type("JSON");
+  rerun.option("--threads", options.threads, "that compute (default: one per core)")
+      .needs(all)
+      .range(1U, 256U);
 }
 
 ExitCode run_rerun_all(const RerunAllOptions& options, bool force, bool dry_run, Context& context) {

@@ -13,7 +13,7 @@ struct RerunAllOptions {
 };
 
 /// Adds its options to `rerun`; each needs `all`.
-void setup_rerun_all(CLI::App& rerun, CLI::Option& all, RerunAllOptions& options);
+void setup_rerun_all(Command rerun, Option all, RerunAllOptions& options);
 ExitCode run_rerun_all(const RerunAllOptions& options, bool force, bool dry_run, Context& context);
 
 }  // namespace trammel::cli

@@ -21,17 +21,16 @@ ExitCode run_serve(const serve::Options& options, Context& context) {
 
 }  // namespace
 
-void setup_serve(CLI::App& app, Context& context) {
+void setup_serve(Command app, Context& context) {
   auto options = std::make_shared<serve::Options>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.command(
       "serve", "The report as a live page in a browser of this machine, while a session runs");
-  command->add_option("CAMPAIGN", options->campaign, "Name or uuid")->required();
-  command->add_option("--session", options->session, "the one to watch (the latest)")
-      ->type_name("SESSION");
-  command->add_option("--port", options->port, "where it answers; 0 finds a free one")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
-  on_run(*command, context, options, run_serve);
+  command.option("CAMPAIGN", options->campaign, "Name or uuid").required();
+  command.option("--session", options->session, "the one to watch (the latest)").type("SESSION");
+  command.option("--port", options->port, "where it answers; 0 finds a free one")
+      .range(0, 65535)
+      .shown_default();
+  on_run(command, context, options, run_serve);
 }
 
 }  // namespace trammel::cli

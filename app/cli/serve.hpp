@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// `serve CAMPAIGN`: the report as a live page on this machine, until Ctrl-C.
-void setup_serve(CLI::App& app, Context& context);
+void setup_serve(Command app, Context& context);
 
 }  // namespace trammel::cli

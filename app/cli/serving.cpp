@@ -1,6 +1,7 @@
 #include "app/cli/serving.hpp"
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
 

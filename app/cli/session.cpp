@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include "app/cli/margins.hpp"
 #include "app/files/plan_json.hpp"
@@ -183,54 +184,51 @@ ExitCode run_resume(const NamedOptions& options, Context& context) {
                 context);
 }
 
-void policy_options(CLI::App& c, RunOptions& o) {
+void policy_options(Command c, RunOptions& o) {
   session::Policy& policy = o.request.policy;
-  c.add_option("--plan-check", o.request.plan_check,
-               "record of `plan check --record`: asked for by a real stage")
-      ->type_name("FILE");
-  c.add_option("--gate-mm", policy.gate_mm,
-               "stop where measured and commanded are farther apart, mm")
-      ->capture_default_str();
-  c.add_option("--temperature", o.band_degc, "LOW HIGH in degC: outside, measuring is suspended")
-      ->expected(2);
-  c.add_option("--hysteresis-k", policy.hysteresis_k, "K inside the band before it goes on")
-      ->capture_default_str();
-  c.add_option("--reference-every", policy.reference_every,
-               "points between two visits of the reference points (0: at a resume only)")
-      ->capture_default_str();
-  c.add_option("--base-every", policy.base_every,
-               "points between two measurements of the tracker's base nests (0: never)")
-      ->capture_default_str();
-  c.add_option("--drift-mm", policy.drift_mm,
-               "of a reference point or base nest: beyond, it is suspended, mm")
-      ->capture_default_str();
-  c.add_option("--patience-s", policy.patience_s, "how long bad conditions are waited out, s")
-      ->capture_default_str();
+  c.option("--plan-check", o.request.plan_check,
+           "record of `plan check --record`: asked for by a real stage")
+      .type("FILE");
+  c.option("--gate-mm", policy.gate_mm, "stop where measured and commanded are farther apart, mm")
+      .shown_default();
+  c.option("--temperature", o.band_degc, "LOW HIGH in degC: outside, measuring is suspended")
+      .expected(2);
+  c.option("--hysteresis-k", policy.hysteresis_k, "K inside the band before it goes on")
+      .shown_default();
+  c.option("--reference-every", policy.reference_every,
+           "points between two visits of the reference points (0: at a resume only)")
+      .shown_default();
+  c.option("--base-every", policy.base_every,
+           "points between two measurements of the tracker's base nests (0: never)")
+      .shown_default();
+  c.option("--drift-mm", policy.drift_mm,
+           "of a reference point or base nest: beyond, it is suspended, mm")
+      .shown_default();
+  c.option("--patience-s", policy.patience_s, "how long bad conditions are waited out, s")
+      .shown_default();
 }
 
-void setup_run(CLI::App& session, Context& context) {
-  CLI::App& c = *session.add_subcommand("run", "Check a plan, then measure it point by point");
+void setup_run(Command session, Context& context) {
+  Command c = session.command("run", "Check a plan, then measure it point by point");
   auto o = std::make_shared<RunOptions>();
-  c.add_option("campaign", o->request.campaign, "made when it is not there")->required();
-  c.add_option("--plan", o->plan, "plan file, or the name of a grid")
-      ->required()
-      ->type_name("PLAN");
-  c.add_option("--stage", o->request.stage, "sim:FILE (robot/1) or galil:FILE (stage/1)")
-      ->required()
-      ->type_name("STAGE");
-  c.add_option("--tracker", o->request.tracker,
-               "sim (of a simulated stage), t2sa:FILE or file:FILE (tracker/1: behind T2SA, or "
-               "known by the file its program writes)")
-      ->capture_default_str();
-  c.add_option("--session", o->request.session, "its name (the plan's)")->type_name("SESSION");
-  c.add_option("--compensate", o->compensate,
-               "job whose correction is commanded, a diagnose job too: its number or key, or "
-               "model:VERSION (none)")
-      ->type_name("JOB");
-  c.add_option("--set", o->set, "identify or validate, for all points (the plan's)")
-      ->check(CLI::IsMember(std::vector<std::string>{"identify", "validate"}));
-  c.add_flag("--new-set-up", o->request.new_set_up, "homed and framed anew: an epoch of its own");
-  c.add_flag("--dry-run", o->dry_run, "check everything, store and move nothing");
+  c.option("campaign", o->request.campaign, "made when it is not there").required();
+  c.option("--plan", o->plan, "plan file, or the name of a grid").required().type("PLAN");
+  c.option("--stage", o->request.stage, "sim:FILE (robot/1) or galil:FILE (stage/1)")
+      .required()
+      .type("STAGE");
+  c.option("--tracker", o->request.tracker,
+           "sim (of a simulated stage), t2sa:FILE or file:FILE (tracker/1: behind T2SA, or "
+           "known by the file its program writes)")
+      .shown_default();
+  c.option("--session", o->request.session, "its name (the plan's)").type("SESSION");
+  c.option("--compensate", o->compensate,
+           "job whose correction is commanded, a diagnose job too: its number or key, or "
+           "model:VERSION (none)")
+      .type("JOB");
+  c.option("--set", o->set, "identify or validate, for all points (the plan's)")
+      .one_of({"identify", "validate"});
+  c.flag("--new-set-up", o->request.new_set_up, "homed and framed anew: an epoch of its own");
+  c.flag("--dry-run", o->dry_run, "check everything, store and move nothing");
   margin_options(c, o->request.check);
   policy_options(c, *o);
   on_run(c, context, o, run_run);
@@ -238,15 +236,15 @@ void setup_run(CLI::App& session, Context& context) {
 
 }  // namespace
 
-void setup_session(CLI::App& app, Context& context) {
-  CLI::App& session = noun(app, "session", "Measure a plan, and go on after any interruption");
+void setup_session(Command app, Context& context) {
+  Command session = noun(app, "session", "Measure a plan, and go on after any interruption");
   setup_run(session, context);
-  CLI::App& resume = *session.add_subcommand(
-      "resume", "Measure what is left of a session, or go on where it is paused");
+  Command resume =
+      session.command("resume", "Measure what is left of a session, or go on where it is paused");
   auto o = std::make_shared<NamedOptions>();
-  resume.add_option("campaign", o->campaign, "name or uuid")->required()->type_name("CAMPAIGN");
-  resume.add_option("--session", o->session, "(the last that is not done)")->type_name("SESSION");
-  resume.add_flag("--dry-run", o->dry_run, "say what is left and check it, store and move nothing");
+  resume.option("campaign", o->campaign, "name or uuid").required().type("CAMPAIGN");
+  resume.option("--session", o->session, "(the last that is not done)").type("SESSION");
+  resume.flag("--dry-run", o->dry_run, "say what is left and check it, store and move nothing");
   on_run(resume, context, o, run_resume);
 }
 

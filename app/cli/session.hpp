@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// session run|resume
-void setup_session(CLI::App& app, Context& context);
+void setup_session(Command app, Context& context);
 
 }  // namespace trammel::cli

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "app/session/lock.hpp"
@@ -201,44 +202,41 @@ ExitCode run_recover(const AskOptions& options, Context& context) {
 }
 
 template <class Options>
-CLI::App& verb(CLI::App& session, Context& context, const char* name, const char* what,
-               std::shared_ptr<Options> options, ExitCode (*run)(const Options&, Context&)) {
-  CLI::App& command = *session.add_subcommand(name, what);
-  command.add_option("campaign", options->campaign, "name or uuid")
-      ->required()
-      ->type_name("CAMPAIGN");
+Command verb(Command session, Context& context, const char* name, const char* what,
+             std::shared_ptr<Options> options, ExitCode (*run)(const Options&, Context&)) {
+  Command command = session.command(name, what);
+  command.option("campaign", options->campaign, "name or uuid").required().type("CAMPAIGN");
   on_run(command, context, std::move(options), run);
   return command;
 }
 
 }  // namespace
 
-void setup_session_control(CLI::App& app, Context& context) {
-  CLI::App& session = noun(app, "session", "Measure a plan, and go on after any interruption");
+void setup_session_control(Command app, Context& context) {
+  Command session = noun(app, "session", "Measure a plan, and go on after any interruption");
   auto watched = std::make_shared<WatchOptions>();
-  CLI::App& status = verb(session, context, "status",
-                          "Sessions of a campaign; how the one that is measured now is doing",
-                          watched, run_status);
-  status.add_option("--session", watched->session, "(the one with the latest event)")
-      ->type_name("SESSION");
-  status.add_flag("--watch", watched->watch, "draw it again and again until the session ends");
-  status.add_option("--interval", watched->interval_s, "s between two looks")
-      ->check(CLI::Range(0.01, 3600.0))
-      ->capture_default_str();
+  Command status = verb(session, context, "status",
+                        "Sessions of a campaign; how the one that is measured now is doing",
+                        watched, run_status);
+  status.option("--session", watched->session, "(the one with the latest event)").type("SESSION");
+  status.flag("--watch", watched->watch, "draw it again and again until the session ends");
+  status.option("--interval", watched->interval_s, "s between two looks")
+      .range(0.01, 3600.0)
+      .shown_default();
   auto paused = std::make_shared<AskOptions>();
   verb(session, context, "pause", "Ask the runner to pause after the point; resume goes on", paused,
        run_pause)
-      .add_flag("--dry-run", paused->dry_run, "say which process, ask it nothing");
+      .flag("--dry-run", paused->dry_run, "say which process, ask it nothing");
   auto stopped = std::make_shared<AskOptions>();
-  CLI::App& stop =
+  Command stop =
       verb(session, context, "stop", "Ask the runner to stop after the point", stopped, run_stop);
-  stop.add_flag("--now", stopped->now, "at once: the point is given up");
-  stop.add_flag("--dry-run", stopped->dry_run, "say which process, ask it nothing");
+  stop.flag("--now", stopped->now, "at once: the point is given up");
+  stop.flag("--dry-run", stopped->dry_run, "say which process, ask it nothing");
   auto recovered = std::make_shared<AskOptions>();
   verb(session, context, "recover",
        "Take in readings that were kept aside when the database could not be written", recovered,
        run_recover)
-      .add_flag("--dry-run", recovered->dry_run, "say what would be taken in");
+      .flag("--dry-run", recovered->dry_run, "say what would be taken in");
 }
 
 }  // namespace trammel::cli

@@ -5,6 +5,6 @@
 namespace trammel::cli {
 
 /// session status|pause|stop|recover: what another terminal does about a session.
-void setup_session_control(CLI::App& app, Context& context);
+void setup_session_control(Command app, Context& context);
 
 }  // namespace trammel::cli

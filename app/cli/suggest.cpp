@@ -38,46 +38,46 @@ std::vector<std::string> nearest(const std::string& word, const std::vector<std:
 
 namespace {
 
-std::vector<std::string> command_names(const CLI::App& app) {
+std::vector<std::string> command_names(Command app) {
   std::vector<std::string> names;
-  for (const CLI::App* sub : visible_commands(app)) names.push_back(sub->get_name());
+  for (const Command sub : visible_commands(app)) names.push_back(sub.name());
   return names;
 }
 
-std::vector<std::string> option_names(const CLI::App& app) {
+std::vector<std::string> option_names(Command app) {
   std::vector<std::string> names;
-  for (const CLI::Option* option : options_of(app)) {
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (const Option option : options_of(app)) {
+    for (const std::string& name : option.long_names()) names.push_back("--" + name);
   }
   return names;
 }
 
 }  // namespace
 
-std::optional<Unknown> first_unknown(const CLI::App& app, const std::vector<std::string>& words) {
-  const CLI::App* at = &app;
+std::optional<Unknown> first_unknown(Command app, const std::vector<std::string>& words) {
+  Command at = app;
   for (std::size_t k = 0; k < words.size(); ++k) {
     if (words[k] == "--") return std::nullopt;
     if (looks_like_option(words[k])) {
       const std::string name = words[k].substr(0, words[k].find('='));
-      const CLI::Option* option = find_option(*at, name);
-      if (option == nullptr) {
-        const std::vector<std::string> known = option_names(*at);
-        return Unknown{name, true, full_name(*at), nearest(name, known), known};
+      const auto option = find_option(at, name);
+      if (!option) {
+        const std::vector<std::string> known = option_names(at);
+        return Unknown{name, true, full_name(at), nearest(name, known), known};
       }
-      const bool takes_next = option->get_expected_min() > 0 && name == words[k];
-      if (takes_next) k += static_cast<std::size_t>(option->get_expected_min());
+      const bool takes_next = option->expected_min() > 0 && name == words[k];
+      if (takes_next) k += static_cast<std::size_t>(option->expected_min());
       continue;
     }
-    const std::vector<std::string> names = command_names(*at);
+    const std::vector<std::string> names = command_names(at);
     if (names.empty()) continue;  // a value of the command
-    const CLI::App* sub = find_command(*at, words[k]);
-    if (sub == nullptr) {
+    const auto sub = find_command(at, words[k]);
+    if (!sub) {
       std::vector<std::string> near = nearest(words[k], names);
-      if (near.empty()) near = nearest(words[k], option_names(*at));
-      return Unknown{words[k], false, full_name(*at), near, names};
+      if (near.empty()) near = nearest(words[k], option_names(at));
+      return Unknown{words[k], false, full_name(at), near, names};
     }
-    at = sub;
+    at = *sub;
   }
   return std::nullopt;
 }

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "app/cli/command_line.hpp"
 
 namespace trammel::cli {
 
@@ -24,6 +25,6 @@ struct Unknown {
 };
 
 /// The first word that is no command or option of `app`, or none.
-std::optional<Unknown> first_unknown(const CLI::App& app, const std::vector<std::string>& words);
+std::optional<Unknown> first_unknown(Command app, const std::vector<std::string>& words);
 
 }  // namespace trammel::cli

@@ -1,7 +1,9 @@
-// core/ as a library: numbers in, numbers out. A robot whose second screw has a lead 0.3 % too long is
-// measured on the paper's 80 points, calibrated by least squares, and asked for a pose it never saw.
+// core/ as a library: numbers in, numbers out. A robot whose second screw has a lead 0.3 % too long
+// is measured on the paper's 80 points, calibrated by least squares, and asked for a pose it never
+// saw.
 //
-//   residual = measured - predicted; identified parameters d minimise sum |W (delta X - J_e d)|^2   (21)
+//   residual = measured - predicted; identified parameters d minimise sum |W (delta X - J_e d)|^2
+//   (21)
 
 #include <cstdio>
 
@@ -33,9 +35,9 @@ int main() {
       identify_linear(truth.nominal, readings, {.xy_mm = 0.010, .phi_rad = rad_from_deg(0.004)});
 
   const Pose unseen{45, -35, 0};
-  for (const Correction& correction : {Correction{}, Correction{GeometryCorrection{found.geometry}}}) {
-    const Conditions there{
-        .cmd_mm = commanded(correction, truth.nominal, {.target = unseen}).l_mm};
+  for (const Correction& correction :
+       {Correction{}, Correction{GeometryCorrection{found.geometry}}}) {
+    const Conditions there{.cmd_mm = commanded(correction, truth.nominal, {.target = unseen}).l_mm};
     std::printf("%-8s position error at an unseen pose: %.4f mm\n", kind_of(correction).c_str(),
                 position_error_mm(robot.true_pose(there).pose, unseen));
   }

@@ -25,7 +25,7 @@ using Strings = std::vector<std::string>;
 /// The program's tree of commands, and what the line was asked for.
 struct Program {
   Context context;
-  CLI::App app{"", "trammel"};
+  CommandLine app;
   std::string asked;
   Given given;
 
@@ -49,19 +49,19 @@ bool has(const Strings& all, const std::string& word) {
 }
 
 /// Every command is offered behind its noun, and every option behind its command.
-void check_offered(Program& program, const CLI::App& command, const Strings& path) {
-  for (const CLI::App* verb : visible_commands(command)) {
+void check_offered(Program& program, Command command, const Strings& path) {
+  for (const Command verb : visible_commands(command)) {
     Strings words = path;
     words.emplace_back("");
-    CHECK(has(program.offered(words), verb->get_name()));
-    words.back() = verb->get_name();
-    check_offered(program, *verb, words);
+    CHECK(has(program.offered(words), verb.name()));
+    words.back() = verb.name();
+    check_offered(program, verb, words);
   }
   Strings words = path;
   words.emplace_back("--");
   CAPTURE(path);
-  for (const CLI::Option* option : options_of(command)) {
-    CHECK(has(program.offered(words), "--" + option->get_lnames().front()));
+  for (const Option option : options_of(command)) {
+    CHECK(has(program.offered(words), "--" + option.long_names().front()));
   }
 }
 

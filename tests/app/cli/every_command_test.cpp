@@ -47,21 +47,20 @@ struct Command {
 
 std::vector<Command> all_commands() {
   cli::Context context;
-  CLI::App app("", "trammel");
+  cli::CommandLine app;
   cli::set_up(app, context, cli::commands());
   std::vector<Command> found;
-  const auto all = [](const CLI::App*) { return true; };
-  const auto add = [&found](const CLI::App& leaf, Words words) {
+  const auto add = [&found](cli::Command leaf, Words words) {
     Command command{std::move(words), {}};
-    for (const CLI::Option* option : leaf.get_options()) {
-      for (const std::string& name : option->get_lnames()) command.options.push_back("--" + name);
+    for (const cli::Option option : leaf.options()) {
+      for (const std::string& name : option.long_names()) command.options.push_back("--" + name);
     }
     found.push_back(std::move(command));
   };
-  for (const CLI::App* noun : std::as_const(app).get_subcommands(all)) {
-    const auto verbs = noun->get_subcommands(all);
-    if (verbs.empty()) add(*noun, {noun->get_name()});
-    for (const CLI::App* verb : verbs) add(*verb, {noun->get_name(), verb->get_name()});
+  for (const cli::Command noun : app.commands()) {
+    const auto verbs = noun.commands();
+    if (verbs.empty()) add(noun, {noun.name()});
+    for (const cli::Command verb : verbs) add(verb, {noun.name(), verb.name()});
   }
   return found;
 }
@@ -283,11 +282,11 @@ TEST_CASE("a command that is set up alone is the one that its row names", "[cli]
   for (const cli::ProgramCommand& row : cli::commands()) {
     if (row.name == nullptr) continue;
     cli::Context context;
-    CLI::App app("", "trammel");
+    cli::CommandLine app;
     cli::set_up(app, context, {row});
-    const auto made = app.get_subcommands([](const CLI::App*) { return true; });
+    const auto made = app.commands();
     REQUIRE(made.size() == 1);
-    CHECK(made[0]->get_name() == row.name);
+    CHECK(made[0].name() == row.name);
   }
 }
 

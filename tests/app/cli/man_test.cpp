@@ -16,13 +16,13 @@ using tests::run_command;
 
 namespace {
 
-void check_told(const CLI::App& command, const std::string& page) {
-  for (const CLI::App* verb : cli::visible_commands(command)) check_told(*verb, page);
+void check_told(cli::Command command, const std::string& page) {
+  for (const cli::Command verb : cli::visible_commands(command)) check_told(verb, page);
   if (!cli::visible_commands(command).empty()) return;
   CAPTURE(cli::full_name(command));
   CHECK_THAT(page, Contains(cli::full_name(command)));
-  for (const CLI::Option* option : cli::options_of(command)) {
-    CHECK_THAT(page, Contains("--" + option->get_lnames().front()));
+  for (const cli::Option option : cli::options_of(command)) {
+    CHECK_THAT(page, Contains("--" + option.long_names().front()));
   }
 }
 
@@ -53,15 +53,15 @@ TEST_CASE("the man page tells every command and option, and groff and man find n
     text.replace(at, std::string("‐").size(), "-");
   }
   cli::Context context;
-  CLI::App app("", "trammel");
+  cli::CommandLine app;
   cli::set_up(app, context, cli::commands());
   check_told(app, text);
   CHECK_THAT(text, Contains("EXIT STATUS") && Contains("safety stop") && Contains("TRAMMEL_DB"));
 }
 
 TEST_CASE("what looks like a request to groff is text on the man page", "[cli]") {
-  CLI::App app("", "trammel");
-  app.add_subcommand("odd", ".so /etc/passwd\n'begin \\fBslash\\fR -- dash … end");
+  cli::CommandLine app;
+  app.command("odd", ".so /etc/passwd\n'begin \\fBslash\\fR -- dash … end");
   const std::string page = cli::man_page(app);
   CHECK_THAT(page,
              Contains("\n\\&.so /etc/passwd\n\\&'begin \\efBslash\\efR \\-\\- dash \\[u2026] end"));

@@ -43,19 +43,19 @@ namespace {
 using Words = std::vector<std::string>;
 
 /// Words that lead to each command of the tree, the program itself first.
-void walk(const CLI::App& app, const Words& path, std::vector<std::pair<Words, Words>>& found) {
+void walk(Command app, const Words& path, std::vector<std::pair<Words, Words>>& found) {
   Words names;
-  for (const CLI::App* sub : visible_commands(app)) names.push_back(sub->get_name());
-  for (const CLI::App* at = &app; at != nullptr; at = at->get_parent()) {
-    for (const CLI::Option* option : at->get_options()) {
-      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (const Command sub : visible_commands(app)) names.push_back(sub.name());
+  for (std::optional<Command> at = app; at; at = at->parent()) {
+    for (const Option option : at->options()) {
+      for (const std::string& name : option.long_names()) names.push_back("--" + name);
     }
   }
   found.emplace_back(path, names);
-  for (const CLI::App* sub : visible_commands(app)) {
+  for (const Command sub : visible_commands(app)) {
     Words longer = path;
-    longer.push_back(sub->get_name());
-    walk(*sub, longer, found);
+    longer.push_back(sub.name());
+    walk(sub, longer, found);
   }
 }
 
@@ -64,7 +64,7 @@ void walk(const CLI::App& app, const Words& path, std::vector<std::pair<Words, W
 TEST_CASE("a misspelling by one edit of any verb or option anywhere is answered by the right one",
           "[cli]") {
   Context context;
-  CLI::App app("", "trammel");
+  CommandLine app;
   set_up(app, context, commands());
   std::vector<std::pair<Words, Words>> places;
   walk(app, {}, places);
@@ -92,11 +92,11 @@ TEST_CASE("a misspelling by one edit of any verb or option anywhere is answered 
 TEST_CASE("a misspelling by one edit of any command is answered by the right one in 95 of 100",
           "[cli]") {
   Context context;
-  CLI::App app("", "trammel");
+  CommandLine app;
   set_up(app, context, commands());
   int right = 0, asked = 0;
   std::vector<std::string> names;
-  for (const CLI::App* sub : visible_commands(app)) names.push_back(sub->get_name());
+  for (const Command sub : visible_commands(app)) names.push_back(sub.name());
   names.insert(names.end(), {"--json", "--db", "--version"});
   for (const std::string& name : names) {
     for (const std::string& wrong : one_edit(name)) {

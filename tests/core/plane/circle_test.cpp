@@ -61,6 +61,5 @@ TEST_CASE("no circle near the fitted one has less radial squares", "[assess]") {
 TEST_CASE("two points, one place and a line are no circle", "[assess]") {
   CHECK_THROWS_AS(fit_circle(arc(0, 0, 1, 1, 2)), InputError);
   CHECK_THROWS_AS(fit_circle(std::vector<Place>(5, Place{1, 2})), InputError);
-  CHECK_THROWS_AS(fit_circle(std::vector<Place>{{0, 0}, {1, 1}, {2, 2}, {5, 5}}),
-                  InputError);
+  CHECK_THROWS_AS(fit_circle(std::vector<Place>{{0, 0}, {1, 1}, {2, 2}, {5, 5}}), InputError);
 }
