@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <utility>
 
@@ -90,23 +89,6 @@ double determinant(const Eigen::Matrix3d& A) { return A.determinant(); }
 
 double smallest_singular_value(const Eigen::Matrix3d& A) {
   return Eigen::JacobiSVD<Eigen::Matrix3d>(A).singularValues()[2];
-}
-
-VectorXd least_squares(const MatrixXd& A, const VectorXd& b) {
-  return Eigen::HouseholderQR<MatrixXd>(A).solve(b);
-}
-
-VectorXd shortest_least_squares(const MatrixXd& A, const VectorXd& b) {
-  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>(A).solve(b);
-}
-
-MatrixXd orthonormal_basis(const MatrixXd& A, double least) {
-  if (A.cols() == 0) return A;
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(A);
-  const VectorXd pivots = qr.matrixQR().diagonal().cwiseAbs();
-  const double largest = pivots.size() > 0 ? pivots[0] : 0;
-  const Eigen::Index rank = largest > 0 ? (pivots.array() > least * largest).count() : 0;
-  return qr.householderQ() * MatrixXd::Identity(A.rows(), rank);
 }
 
 }  // namespace trammel
