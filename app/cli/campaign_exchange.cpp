@@ -82,7 +82,7 @@ ExitCode run_campaign_export(const CampaignExportOptions& options, Context& cont
   store::Connection connection = store::open(context.db(), store::Access::read_only);
   const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
   const CampaignFile file = stored_campaign(connection, campaign);
-  if (!options.dry_run) write_campaign(file, options.folder);
+  if (!options.dry_run) write_campaign(file, options.folder, context.existing());
   if (context.json) {
     context.print("campaign-export", {{"campaign", campaign.name},
                                       {"folder", options.folder},

@@ -211,12 +211,15 @@ void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand
       "planar 3-PRR parallel robot under a laser tracker.",
       "\n" + exit_codes_text() +
           "stdout is data, stderr is talk. Anywhere on the line: --json (one JSON object instead "
-          "of\ntext), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db).\n"
+          "of\ntext), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db), "
+          "--overwrite\n"
+          "(replace an output file of the same format).\n"
           "NO_COLOR is honoured. `trammel man` prints all of this as a man page.",
       std::string("trammel ") + TRAMMEL_VERSION);
   app.option("--db", context.db_option, "Database file").type("FILE");
   app.flag("--json", context.json, "Print one JSON object instead of text");
   app.flag("--quiet", context.quiet, "No talk on stderr, errors only");
+  app.flag("--overwrite", context.overwrite, "Replace an output file of the same format");
   for (const ProgramCommand& command : commands) command.setup(app, context);
   only_decimal_numbers(app);
 }

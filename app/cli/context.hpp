@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "app/cli/command_line.hpp"
+#include "app/files/files.hpp"
 #include "app/terminal/text.hpp"
 #include "core/error.hpp"
 
@@ -25,6 +26,7 @@ struct Context {
   std::string db_option;  // --db as given; empty when not
   bool json = false;
   bool quiet = false;
+  bool overwrite = false;
   std::function<ExitCode()> chosen;  // the command that the words on the line name
 
   /// --db FILE, else TRAMMEL_DB, else ./trammel.db
@@ -46,6 +48,11 @@ struct Context {
   /// --db of this line. Not with --json. A command that suggests nothing itself has a row in
   /// next_step.cpp.
   void next(std::string_view command) const;
+
+  /// --overwrite: what becomes of an output file that is there already.
+  [[nodiscard]] Existing existing() const {
+    return overwrite ? Existing::replace : Existing::refuse;
+  }
 
   mutable bool suggested = false;  // next() was called
 };

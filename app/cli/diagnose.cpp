@@ -60,7 +60,8 @@ void write_plan(const DiagnoseOptions& options, const Json& details, Context& co
     context.say("no plan was written: there are no points to suggest");
     return;
   }
-  write_file_atomically(options.plan, plan_json(job::next_points_plan(details)).dump(2) + "\n");
+  write_output(options.plan, plan_json(job::next_points_plan(details)).dump(2) + "\n",
+               context.existing());
   context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
 }
 

@@ -180,7 +180,7 @@ bool ends_with(const std::string& text, std::string_view end) {
   return text.size() > end.size() && text.ends_with(end);
 }
 
-Json export_table(const StoredModel& model, const ExportOptions& options) {
+Json export_table(const StoredModel& model, const ExportOptions& options, Existing existing) {
   require_epoch(model, options.at.epoch);
   job::TableRequest request = options.grid;
   request.phi_rad.clear();
@@ -189,7 +189,7 @@ Json export_table(const StoredModel& model, const ExportOptions& options) {
   request.temp_degc = options.at.temp_degc;
   request.time_s = options.at.time_s;
   const job::CompensationTable table = job::compensation_table(model.robot, request);
-  if (!options.dry_run) write_file_atomically(options.file, job::table_csv(table));
+  if (!options.dry_run) write_output(options.file, job::table_csv(table), existing);
   return {{"kind", "table"},
           {"n_targets", table.n_targets},
           {"n_unreachable", table.n_unreachable},
@@ -222,9 +222,9 @@ ExitCode run_export(const ExportOptions& options, Context& context) {
   if (ends_with(options.file, ".json")) {
     done["kind"] = "model";
     const std::string text = job::model_file_json(model, campaign.name).dump(1) + "\n";
-    if (!options.dry_run) write_file_atomically(options.file, text);
+    if (!options.dry_run) write_output(options.file, text, context.existing());
   } else if (ends_with(options.file, ".csv")) {
-    done.update(export_table(model, options));
+    done.update(export_table(model, options, context.existing()));
   } else {
     throw UsageError({.what = "the file's ending says what is written",
                       .where = {.field = "FILE"},

@@ -204,7 +204,7 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
     context.print_as_is(text);
     return ExitCode::ok;
   }
-  if (!options.dry_run) write_file_atomically(options.out, text);
+  if (!options.dry_run) write_output(options.out, text, context.existing());
   if (context.json) {
     context.print("plan-create", {{"plan", plan.name},
                                   {"file", options.out},
@@ -249,7 +249,9 @@ ExitCode run_check(const FileOptions& options, Context& context) {
   std::optional<PlanDesign> design;
   if (options.identifiability) design = design_of(plan, mechanism, options.design);
   const bool records = !options.record.empty() && violations.empty() && !options.dry_run;
-  if (records) session::write_plan_record(options.record, plan, mechanism, options.check);
+  if (records) {
+    session::write_plan_record(options.record, plan, mechanism, options.check, context.existing());
+  }
   if (context.json) {
     Json fields = {{"plan", plan.name},
                    {"n_points", plan.points.size()},

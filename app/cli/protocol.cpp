@@ -89,7 +89,7 @@ void say_stopped(const protocol::Outcome& outcome, const std::string& again,
 
 /// What is there stays: a user may have changed it, and the campaign was measured with it.
 void write_unless_there(const std::filesystem::path& path, std::string_view content) {
-  if (!std::filesystem::exists(path)) write_file_atomically(path, content);
+  if (!std::filesystem::exists(path)) write_output(path, content, Existing::refuse);
 }
 
 std::vector<protocol::StepOutcome> planned_steps(const protocol::Protocol& protocol,
@@ -170,11 +170,12 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   }
   const report::Report found = report_of(protocol.name, context);
   const Json json = report::to_json(found);
-  write_file_atomically(folder / "report.txt", report::to_text(found, {.glyphs = page().glyphs}));
-  write_file_atomically(folder / "report.html", report_page(protocol.name, context));
+  write_output(folder / "report.txt", report::to_text(found, {.glyphs = page().glyphs}),
+               Existing::replace);
+  write_output(folder / "report.html", report_page(protocol.name, context), Existing::replace);
   Json file = {{"schema", "trammel/report/1"}};
   file.update(json);
-  write_file_atomically(folder / "report.json", file.dump(2) + "\n");
+  write_output(folder / "report.json", file.dump(2) + "\n", Existing::replace);
   if (context.json) {
     context.print("demo",
                   {{"database", context.db()}, {"folder", folder.string()}, {"report", json}});

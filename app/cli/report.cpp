@@ -67,7 +67,7 @@ ExitCode run_report(const ReportOptions& options, Context& context) {
     return ExitCode::ok;
   }
   const std::string html = report_page(options.campaign, context);
-  if (!options.dry_run) write_file_atomically(options.html, html);
+  if (!options.dry_run) write_output(options.html, html, context.existing());
   if (context.json) {
     Json fields = report::to_json(found_of(options.campaign, context));
     fields["html"] = {

@@ -67,15 +67,16 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file) {
   return file;
 }
 
-void write_campaign(const CampaignFile& file, const std::filesystem::path& folder) {
+void write_campaign(const CampaignFile& file, const std::filesystem::path& folder,
+                    Existing existing) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
     throw StoreError({.what = "could not make the folder: " + error.message(),
                       .where = {.file = folder.string()}});
   }
-  write_file_atomically(folder / "readings.csv", readings_csv(file));
-  write_file_atomically(folder / "campaign.json", head_json(file.campaign));
+  write_output(folder / "readings.csv", readings_csv(file), existing);
+  write_output(folder / "campaign.json", head_json(file.campaign), existing);
 }
 
 }  // namespace trammel

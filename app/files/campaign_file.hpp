@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/files/files.hpp"
 #include "core/measure/reading.hpp"
 
 namespace trammel {
@@ -28,7 +29,9 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file);
 
 /// Writes campaign.json and readings.csv into `folder`, which is made when missing: each file under
 /// a temporary name first, the readings before the campaign that names them. Reading it back gives
-/// the same numbers, bit for bit; angles leave as the degrees they came in.
-void write_campaign(const CampaignFile& file, const std::filesystem::path& folder);
+/// the same numbers, bit for bit; angles leave as the degrees they came in. Files that are there
+/// already: write_output.
+void write_campaign(const CampaignFile& file, const std::filesystem::path& folder,
+                    Existing existing);
 
 }  // namespace trammel

@@ -1,6 +1,7 @@
 #include "app/files/files.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -68,20 +69,131 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
   return content;
 }
 
-void write_file_atomically(const std::filesystem::path& path, std::string_view content) {
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  std::string temporary = (folder / ("." + path.filename().string() + ".XXXXXX")).string();
-  const int descriptor = ::mkostemp(temporary.data(), O_CLOEXEC);
+namespace {
+
+constexpr std::string_view kDatabase = "database";
+constexpr std::size_t kHeadBytes = 4096;  // "schema" and "format" stand at the beginning
+
+/// What a file's first bytes show it to be: "database", "page", "JSON trammel/plan/1", "table".
+std::string format_of(std::string_view content) {
+  if (content.starts_with("SQLite format 3")) return std::string(kDatabase);
+  const std::size_t first = content.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos) return "empty";
+  content.remove_prefix(first);
+  if (content.starts_with("<!") || content.starts_with("<html")) return "page";
+  if (content[0] != '{' && content[0] != '[') return "text or table";
+  content = content.substr(0, kHeadBytes);
+  for (const std::string_view key : {"\"schema\"", "\"format\""}) {
+    const std::size_t at = content.find(key);
+    if (at == std::string_view::npos) continue;
+    const std::size_t begin = content.find('"', at + key.size());
+    const std::size_t end = begin == std::string_view::npos ? begin : content.find('"', begin + 1);
+    if (end == std::string_view::npos) continue;
+    return "JSON " + std::string(content.substr(begin + 1, end - begin - 1));
+  }
+  return "JSON";
+}
+
+bool is_journal(const std::filesystem::path& path) {
+  for (const std::string_view suffix : {"-wal", "-shm", "-journal"}) {
+    const std::string name = path.filename().string();
+    if (!name.ends_with(suffix)) continue;
+    std::error_code error;
+    const std::string base = name.substr(0, name.size() - suffix.size());
+    if (std::filesystem::exists(path.parent_path() / base, error)) return true;
+  }
+  return false;
+}
+
+std::string head_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string head(kHeadBytes, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return head;
+}
+
+/// Refuses to replace the regular file `path` by `content` unless it may be.
+void require_replaceable(const std::filesystem::path& path, std::string_view content,
+                         Existing existing) {
+  const std::string is = format_of(head_of(path)), becomes = format_of(content);
+  if (is == kDatabase || is_journal(path)) {
+    throw InputError({.what = "a database is never replaced by output",
+                      .where = {.file = path.string()},
+                      .expected = "the name of a new file"});
+  }
+  if (existing == Existing::refuse) {
+    throw InputError({.what = "the file is there already",
+                      .where = {.file = path.string()},
+                      .expected = "the name of a new file",
+                      .hint = "--overwrite replaces it"});
+  }
+  if (is != "empty" && is != becomes) {
+    throw InputError({.what = "a file of another format is not replaced",
+                      .where = {.file = path.string()},
+                      .got = is,
+                      .expected = becomes + ", or the name of a new file"});
+  }
+}
+
+/// Devices and pipes: nothing to rename, and not all of them can be synced.
+void write_through(const std::filesystem::path& path, std::string_view content) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (descriptor < 0) refuse_writing(path, errno);
   int error = write_all(descriptor, content);
-  if (::fchmod(descriptor, 0644) != 0 && error == 0) error = errno;
+  if (error == EINVAL || error == EROFS) error = 0;  // fsync of what has no disk
   if (::close(descriptor) != 0 && error == 0) error = errno;
-  if (error == 0 && std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+  if (error != 0) refuse_writing(path, error);
+}
+
+/// A new file beside `path`, made under the umask; its name in `name`.
+int open_beside(const std::filesystem::path& path, std::string& name) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  for (int k = 0;; ++k) {
+    name = (folder / fmt::format(".{}.{}.{}", path.filename().string(), ::getpid(), k)).string();
+    const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0 || errno != EEXIST) return descriptor;
+  }
+}
+
+}  // namespace
+
+void write_output(const std::filesystem::path& given, std::string_view content, Existing existing) {
+  if (given.empty()) {
+    throw InputError({.what = "the name of the output file is empty", .expected = "a file's name"});
+  }
+  struct stat was = {};
+  const bool there = ::stat(given.c_str(), &was) == 0;
+  if (there && S_ISDIR(was.st_mode)) {
+    throw InputError(
+        {.what = "this is a folder", .where = {.file = given.string()}, .expected = "a file"});
+  }
+  if (there && !S_ISREG(was.st_mode)) return write_through(given, content);
+  std::error_code code;
+  const auto resolved = std::filesystem::weakly_canonical(given, code);  // through symbolic links
+  const std::filesystem::path path = code ? given : resolved;
+  if (there) require_replaceable(path, content, existing);
+  std::string temporary;
+  const int descriptor = open_beside(path, temporary);
+  if (descriptor < 0) refuse_writing(path, errno);
+  int error = write_all(descriptor, content);
+  if (there && ::fchmod(descriptor, was.st_mode & 07777) != 0 && error == 0) error = errno;
+  if (::close(descriptor) != 0 && error == 0) error = errno;
+  if (error == 0) {
+    // A name that was free must still be free: link() does not replace, rename() does.
+    if (there) {
+      if (std::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
+    } else if (::link(temporary.c_str(), path.c_str()) == 0) {
+      ::unlink(temporary.c_str());
+    } else if (errno == EEXIST || std::rename(temporary.c_str(), path.c_str()) != 0) {
+      error = errno;  // file systems without links: renamed
+    }
+  }
   if (error != 0) {
     ::unlink(temporary.c_str());
     refuse_writing(path, error);
   }
-  sync_folder(folder);
+  sync_folder(path.has_parent_path() ? path.parent_path() : ".");
 }
 
 void append_line_durably(const std::filesystem::path& path, std::string_view line) {

@@ -10,9 +10,19 @@ namespace trammel {
 /// be read or is larger than `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes);
 
-/// Writes under a temporary name in the same folder, syncs, renames, syncs the folder: after a
-/// crash the file is the old one or the new one, never half of it. Throws StoreError.
-void write_file_atomically(const std::filesystem::path& path, std::string_view content);
+/// What becomes of a file that is there already.
+enum class Existing { refuse, replace };
+
+/// The one door through which output leaves into files. Writes under a temporary name in the same
+/// folder, syncs, renames, syncs the folder: after a crash the file is the old one or the new one,
+/// never half of it. The umask holds, a file that is replaced keeps its mode, a symbolic link stays
+/// and its target is written; what is no regular file (a device, a pipe) is written through.
+///
+/// An existing file is refused unless `existing` is `replace` (--overwrite), and then too where it
+/// is a database or a journal of one, or is of another format than `content`: JSON of another
+/// "schema" or "format", a page, a table. Throws InputError for what is refused, StoreError where
+/// the system does. Proof: output_test.cpp.
+void write_output(const std::filesystem::path& path, std::string_view content, Existing existing);
 
 /// Adds `line` and a newline, and syncs: on the disk when this has returned. Throws StoreError.
 void append_line_durably(const std::filesystem::path& path, std::string_view line);

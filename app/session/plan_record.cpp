@@ -53,7 +53,7 @@ std::string plan_sha256(const Plan& plan, const Mechanism& mechanism) {
 }
 
 void write_plan_record(const std::filesystem::path& file, const Plan& plan,
-                       const Mechanism& mechanism, const CheckOptions& check) {
+                       const Mechanism& mechanism, const CheckOptions& check, Existing existing) {
   const nlohmann::ordered_json json = {{"schema", "trammel/plan-record/1"},
                                        {"plan", plan.name},
                                        {"n_points", plan.points.size()},
@@ -61,7 +61,7 @@ void write_plan_record(const std::filesystem::path& file, const Plan& plan,
                                        {"check", check_json(check)},
                                        {"checked_utc", store::utc_now()},
                                        {"tool_version", store::this_program().tool_version}};
-  write_file_atomically(file, json.dump(1) + "\n");
+  write_output(file, json.dump(1) + "\n", existing);
 }
 
 PlanRecord read_plan_record(const std::filesystem::path& file) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/files/files.hpp"
 #include "core/plan/check.hpp"
 
 namespace trammel::session {
@@ -22,7 +23,8 @@ struct PlanRecord {
 /// {"schema": "trammel/plan-record/1", "plan", "n_points", "plan_sha256", "check", "checked_utc",
 /// "tool_version"}. Only for a plan without violations.
 void write_plan_record(const std::filesystem::path& file, const Plan& plan,
-                       const Mechanism& mechanism, const CheckOptions& check);
+                       const Mechanism& mechanism, const CheckOptions& check,
+                       Existing existing = Existing::refuse);
 
 /// Throws NotFoundError, or InputError with file and field.
 PlanRecord read_plan_record(const std::filesystem::path& file);
@@ -30,6 +32,7 @@ PlanRecord read_plan_record(const std::filesystem::path& file);
 /// What is missing before a real stage may walk the plan, in words that say what to do; empty:
 /// nothing. `file`: "" when none was given. Proof: safety_test.cpp.
 std::vector<std::string> missing_record(const std::string& file, const Plan& plan,
-                                        const Mechanism& mechanism, const CheckOptions& check);
+                                        const Mechanism& mechanism, const CheckOptions& check,
+                                        Existing existing = Existing::refuse);
 
 }  // namespace trammel::session
