@@ -172,6 +172,12 @@ void check_identity(Connection& connection) {
 }
 
 Connection open(const std::filesystem::path& file, Access access) {
+  // SQLite would make a database that is gone with the process: nothing to keep readings in.
+  if (file.empty() || file == ":memory:" || file.string().starts_with("file:")) {
+    throw StoreError({.what = "this is no name of a database's file",
+                      .got = "'" + file.string() + "'",
+                      .expected = "a file, by --db or TRAMMEL_DB"});
+  }
   if (access != Access::read_only) look_through(file);
   Connection connection(file, access);
   connection.execute("PRAGMA recursive_triggers = ON; PRAGMA cell_size_check = ON");

@@ -38,6 +38,9 @@ TEST_CASE("a database that is not there is not made by reading it", "[store]") {
   CHECK_FALSE(std::filesystem::exists(folder.file("none.db")));
   CHECK_THROWS_AS(store::open(folder.path(), Access::write), StoreError);
   CHECK_THROWS_AS(store::open(folder.file("no/such/folder.db"), Access::create), StoreError);
+  for (const char* nothing : {"", ":memory:", "file:lab.db?mode=memory"}) {
+    CHECK_THROWS_AS(store::open(nothing, Access::create), StoreError);
+  }
 }
 
 TEST_CASE("a file that is no database is refused and left as it is", "[store]") {
