@@ -94,7 +94,8 @@ std::vector<Said> by_report(const report::Report& report, const std::string& met
 
 std::vector<Said> by_report_json(const report::Report& report, const std::string& method) {
   std::vector<Said> all;
-  for (const auto& t : report::to_json(report).at("tables")) {
+  const auto json = report::to_json(report);
+  for (const auto& t : json.at("tables")) {
     if (t.at("figure") != "position" || t.at("method") != method) continue;
     all.push_back({t.at("in_sample"), t.at("after_is") == "predicted", t.at("before").at("n"),
                    t.at("before").at("mean"), t.at("after").at("mean")});
@@ -159,7 +160,8 @@ std::size_t n_of(const std::vector<Said>& all, bool in_sample, bool predicted) {
 }  // namespace
 
 TEST_CASE("all speakers print the same n, mean and set, for any campaign", "[report][judge]") {
-  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+  constexpr std::uint64_t kCampaigns = 4;
+  for (std::uint64_t seed = 1; seed <= kCampaigns; ++seed) {
     CAPTURE(seed);
     Laboratory lab(seed);
     const auto n_fitted = static_cast<std::size_t>(lab.random.uniform(30, 60));
@@ -219,18 +221,20 @@ TEST_CASE("all speakers print the same n, mean and set, for any campaign", "[rep
     };
     check_all();
     lab.walk("stopped", ReadingSet::validate, others, 3, idw.id);
-    CHECK_THAT(report::to_text(check_all(), {}),
-               Contains(fmt::format("session stopped has measured 3 of {} points", others.size())));
+    CHECK_THAT(
+        report::to_text(check_all(), {}),
+        Contains("session stopped has measured 3 of " + std::to_string(others.size()) + " points"));
     lab.walk("nothing", ReadingSet::validate, others, 0, idw.id);
     check_all();
 
-    if (seed > 1) continue;  // the same tables, through the program
+    if (seed < kCampaigns) continue;  // the same tables, through the program
     const Finished compared =
         run_program({"compare", "lab", "lab", "--json", "--db", lab.folder.file("t.db").string()},
                     lab.folder.path());
     REQUIRE(compared.exit_code == 0);
     std::vector<Said> sides;
-    for (const auto& t : nlohmann::json::parse(compared.out).at("tables")) {
+    const auto json = nlohmann::json::parse(compared.out);
+    for (const auto& t : json.at("tables")) {
       if (!t.at("id").get<std::string>().starts_with("idw-") || t.at("unit") != "mm") continue;
       const auto& a = t.at("a");
       sides.push_back({t.at("in_sample"), a.at("after_is") == "predicted", a.at("n"),
