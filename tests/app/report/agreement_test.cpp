@@ -333,3 +333,38 @@ TEST_CASE("a resume whose reference points hold lets a fit know its epoch; they 
   CHECK(by_job(idw)[1].n == 10);
   CHECK(n_of(by_report(lab.reported(), "idw"), false, true) == 10);
 }
+
+TEST_CASE("the headline's method is chosen by a rule, never by the least error it leaves",
+          "[report][judge]") {
+  const auto table = [](const char* method, Standing standing, bool predicted, double after_mm) {
+    report::ErrorTable t{.id = method, .method = method, .figure = "position", .unit = "mm"};
+    t.standing = standing;
+    t.after_predicted = predicted;
+    for (int k = 0; k < 6; ++k) t.points.push_back({1.0 * k, 0, 0.2, after_mm + 0.001 * k});
+    t.before = {.n = 6, .mean = 0.2};
+    t.after = {.n = 6, .mean = after_mm};
+    t.improvement_pct = improvement_pct(t.before, t.after);
+    return t;
+  };
+  report::Report r;
+  const auto says = [&r](const std::string& words) {
+    CHECK_THAT(report::verdict(r), Contains(words));
+  };
+  r.tables = {table("idw", Standing::unseen, true, 0.01),
+              table("lsq", Standing::unseen, true, 0.05),
+              table("lsq", Standing::fitted, false, 0.001)};
+  says("6 unseen points least squares");
+  r.tables.push_back(table(report::kModel, Standing::unseen, true, 0.06));
+  says("least squares");
+  r.story.push_back({.verdict = "explained", .rivals = {{.names = "backlash"}}});
+  says("the geometry with the named effects");
+  says("Other sets of effects explain the readings about as well");
+  r.picked = "gp";
+  r.tables.push_back(table("contest", Standing::unseen, true, 0.07));
+  says("gp, the contest's pick,");
+  r.tables.push_back(table("rbf", Standing::unseen, false, 0.08));  // measured again
+  says("the radial basis network");
+  says("95 % interval");
+  r.tables = {table("lsq", Standing::unknown_epoch, true, 0.01)};
+  says("none that judges");
+}
