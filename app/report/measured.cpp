@@ -85,12 +85,14 @@ Measured load_measured(store::Connection& connection, const store::CampaignRow& 
   const store::Snapshot snapshot(connection);
   store::LoadedCampaign loaded = store::load_campaign(connection, campaign.id);
   std::vector<store::StoredReading> stored = store::readings(connection, campaign.id);
+  for (const store::StoredReading& reading : stored) {
+    measured.stored.push_back({reading.session_id, reading.data.reading});
+  }
   std::erase_if(stored, [&](const store::StoredReading& reading) {
     return std::ranges::find(loaded.exclusions, reading.data.reading.seq, &store::Exclusion::seq) !=
            loaded.exclusions.end();
   });
   measured.held = store::held_epochs(connection, campaign.id);
-  measured.stored = store::session_readings(connection, campaign.id);
   for (const store::SessionRow& session : store::list_sessions(connection, campaign.id)) {
     measured.walks.push_back(make_walk(connection, session, stored));
   }

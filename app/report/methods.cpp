@@ -62,10 +62,9 @@ std::string method_words(const std::string& method) {
   return method;
 }
 
-std::vector<Comparison> judged(const Measured& measured, const Group& group,
-                               const store::Job& job) {
+std::vector<Comparison> judged(const Measured& measured, const Group& group, const store::Job& job,
+                               const Seen& seen) {
   const Paired all = paired(measured, group, job);
-  const Seen seen = seen_by(measured, job);
   std::vector<Comparison> found;
   for (const Standing standing : {Standing::fitted, Standing::unseen, Standing::unknown_epoch}) {
     Paired some = of_standing(all, seen, standing);
@@ -79,10 +78,12 @@ std::vector<Comparison> judged(const Measured& measured, const Group& group,
 std::vector<Comparison> comparisons(const Measured& measured, const std::vector<Group>& groups,
                                     const std::vector<const store::Job*>& methods) {
   std::vector<Comparison> all;
+  std::vector<Seen> seen;
+  for (const store::Job* job : methods) seen.push_back(seen_by(measured, *job));
   for (const Group& group : groups) {
     if (group.circles || asked_for(group)) continue;
-    for (const store::Job* job : methods) {
-      for (Comparison& c : judged(measured, group, *job)) {
+    for (std::size_t k = 0; k < methods.size(); ++k) {
+      for (Comparison& c : judged(measured, group, *methods[k], seen[k])) {
         if (worth_showing(c)) all.push_back(std::move(c));
       }
     }
@@ -98,7 +99,7 @@ std::vector<Comparison> circle_comparison(const Measured& measured,
   for (const Group& group : groups) {
     if (!group.circles || asked_for(group)) continue;
     for (const store::Job* job : methods) {
-      std::vector<Comparison> found = judged(measured, group, *job);
+      std::vector<Comparison> found = judged(measured, group, *job, seen_by(measured, *job));
       std::size_t n = 0;
       for (const Comparison& c : found) n += c.paired.pairs.size();
       if (n < kLeastOfACircle) continue;

@@ -32,8 +32,10 @@ struct Comparison {
   [[nodiscard]] bool in_sample() const { return standing == Standing::fitted; }
 };
 
-/// The group under the job, a comparison for each standing that it has points of.
-std::vector<Comparison> judged(const Measured& measured, const Group& group, const store::Job& job);
+/// The group under the job, whose fit has `seen` (seen_by): a comparison for each standing that it
+/// has points of.
+std::vector<Comparison> judged(const Measured& measured, const Group& group, const store::Job& job,
+                               const Seen& seen);
 
 /// Each method on each group that a table compares, in the report's order: circles and the points
 /// that a diagnosis asked for are apart, and a map's own samples say something only where they were

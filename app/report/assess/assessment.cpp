@@ -105,8 +105,9 @@ struct Pairs {
 std::vector<Pairs> stored_pairs(const report::Measured& measured, const store::Job& job,
                                 const std::vector<report::Group>& groups) {
   std::vector<Pairs> all;
+  const Seen seen = report::seen_by(measured, job);
   for (const report::Group& group : groups) {
-    for (const report::Comparison& c : report::judged(measured, group, job)) {
+    for (const report::Comparison& c : report::judged(measured, group, job, seen)) {
       Pairs pairs;
       Judged& judged = pairs.judged;
       judged.session = group.walk->session.name;
