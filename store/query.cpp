@@ -2,7 +2,10 @@
 
 #include <sqlite3.h>
 
+#include <type_traits>
+
 #include "store/digest.hpp"
+#include "store/guard.hpp"
 
 namespace trammel::store {
 
@@ -42,7 +45,42 @@ std::string select_of(Connection& connection, const std::string& sql) {
   return find.step() ? "SELECT * FROM \"" + find.text(0) + "\"" : sql;
 }
 
+void bind(Statement& insert, const Cell& cell) {
+  std::visit(
+      [&insert](const auto& value) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::nullptr_t>) {
+          insert << std::nullopt;
+        } else {
+          insert << value;
+        }
+      },
+      cell);
+}
+
 }  // namespace
+
+void provide(Connection& connection, const ComputedTable& table) {
+  TRAMMEL_ASSERT(connection.access() == Access::read_only);
+  std::string columns, places;
+  for (const std::string& column : table.columns) {
+    columns += (columns.empty() ? "\"" : ", \"") + column + "\"";
+    places += places.empty() ? "?" : ",?";
+  }
+  // The file stays read-only: it was opened so.
+  sqlite3_set_authorizer(connection.handle(), nullptr, nullptr);
+  connection.execute("PRAGMA query_only = OFF; PRAGMA temp_store = MEMORY; CREATE TEMP TABLE \"" +
+                     table.name + "\" (" + columns + ")");
+  {
+    Statement insert(connection, "INSERT INTO temp.\"" + table.name + "\" VALUES (" + places + ")");
+    for (const std::vector<Cell>& row : table.rows) {
+      for (const Cell& cell : row) bind(insert, cell);
+      insert.run();
+      insert.reset();
+    }
+  }
+  connection.execute("PRAGMA query_only = ON");
+  guard_reads(connection);
+}
 
 Query::Query(Connection& connection, const std::string& question, std::chrono::milliseconds limit)
     : connection_(connection), deadline_(std::chrono::steady_clock::now() + limit) {

@@ -11,6 +11,17 @@ namespace trammel::store {
 
 using Cell = std::variant<std::nullptr_t, std::int64_t, double, std::string>;  // a blob as hex
 
+/// A table that a program computes.
+struct ComputedTable {
+  std::string name;
+  std::vector<std::string> columns;
+  std::vector<std::vector<Cell>> rows;
+};
+
+/// Lets questions on this connection, a read-only one, find the table, in place of a view of its
+/// name in the file. It is kept in memory and goes with the connection.
+void provide(Connection& connection, const ComputedTable& table);
+
 /// Steps through the answer of one statement. The connection must be read-only and is given back
 /// when the query goes.
 class Query {

@@ -130,9 +130,13 @@ std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id) {
 std::vector<SessionName> session_names(Connection& connection, Id campaign_id) {
   std::vector<SessionName> all;
   Statement rows(connection,
-                 "SELECT session_id, name, compensation_job_id FROM session WHERE campaign_id = ?");
+                 "SELECT session_id, name, compensation_job_id, plan_name FROM session "
+                 "WHERE campaign_id = ?");
   rows << campaign_id;
-  while (rows.step()) all.push_back({rows.integer(0), rows.text(1), !rows.is_null(2)});
+  while (rows.step()) {
+    all.push_back(
+        {rows.integer(0), rows.text(1), !rows.is_null(2), rows.text(3) == kReferencePlan});
+  }
   std::ranges::sort(all, {}, &SessionName::id);  // SQLite would make a sorter of its own
   return all;
 }
@@ -192,6 +196,20 @@ std::vector<Epoch> epochs(Connection& connection, Id session_id) {
                  "SELECT epoch_id, number FROM epoch WHERE session_id = ? ORDER BY epoch_id");
   rows << session_id;
   while (rows.step()) all.push_back({rows.integer(0), static_cast<int>(rows.integer(1))});
+  return all;
+}
+
+std::vector<std::pair<int, int>> held_epochs(Connection& connection, Id campaign_id) {
+  std::vector<std::pair<int, int>> all;
+  Statement rows(connection,
+                 "SELECT before.number, epoch.number FROM epoch JOIN session USING (session_id) "
+                 "JOIN epoch AS before ON before.session_id = epoch.session_id "
+                 "AND before.number < epoch.number "
+                 "WHERE campaign_id = ? AND epoch.reason = ? ORDER BY 1, 2");
+  rows << campaign_id << kReferencesHold;
+  while (rows.step()) {
+    all.emplace_back(static_cast<int>(rows.integer(0)), static_cast<int>(rows.integer(1)));
+  }
   return all;
 }
 

@@ -6,6 +6,7 @@
 // death: interrupt_open_attempts, open_epoch, and on with open_points.
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "store/reading.hpp"
@@ -60,6 +61,7 @@ struct SessionName {
   Id id = 0;
   std::string name;
   bool compensated = false;
+  bool references = false;  // visits of reference points in between: a check, no measurement
 };
 std::vector<SessionName> session_names(Connection& connection, Id campaign_id);
 std::optional<SessionRow> find_session(Connection& connection, Id campaign_id,
@@ -80,6 +82,14 @@ enum class SetUp { fresh, as_before };
 Epoch open_epoch(Connection& connection, Id session_id, SetUp set_up, std::string_view reason);
 Id add_epoch(Connection& connection, Id session_id, int number, std::string_view reason);
 std::vector<Epoch> epochs(Connection& connection, Id session_id);
+
+/// Plan of the sessions that only visit reference points.
+inline constexpr const char* kReferencePlan = "reference points";
+/// Why an epoch was opened in which the reference points were found where they had been.
+inline constexpr const char* kReferencesHold = "resume, reference points hold";
+/// Numbers of epochs between which the set-up held: such an epoch with each that its session had
+/// before.
+std::vector<std::pair<int, int>> held_epochs(Connection& connection, Id campaign_id);
 
 /// The intent, committed before the move.
 /// @throws StoreError  the point has an open or an ok attempt already

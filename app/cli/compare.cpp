@@ -23,15 +23,17 @@ struct Common {
 std::vector<Common> common_tables(const Report& a, const Report& b) {
   std::vector<Common> common;
   for (const ErrorTable& table : a.tables) {
-    const auto same = std::find_if(b.tables.begin(), b.tables.end(),
-                                   [&table](const ErrorTable& t) { return t.id == table.id; });
+    const auto same = std::find_if(b.tables.begin(), b.tables.end(), [&table](const ErrorTable& t) {
+      return t.id == table.id && t.standing == table.standing;
+    });
     if (same != b.tables.end()) common.push_back({table, *same});
   }
   return common;
 }
 
 Json side_json(const ErrorTable& table) {
-  return {{"before_mean", table.before.mean},
+  return {{"n", table.before.n},
+          {"before_mean", table.before.mean},
           {"after_mean", table.after.mean},
           {"after_is", table.after_predicted ? "predicted" : "measured"}};
 }
@@ -45,7 +47,8 @@ Json to_json(const Report& a, const Report& b, const std::vector<Common>& common
   for (const Common& c : common) {
     json["tables"].push_back({{"id", c.a.id},
                               {"unit", c.a.unit},
-                              {"in_sample", c.a.in_sample},
+                              {"in_sample", c.a.in_sample()},
+                              {"judged", name_of(c.a.standing)},
                               {"a", side_json(c.a)},
                               {"b", side_json(c.b)},
                               {"after_mean_difference", c.b.after.mean - c.a.after.mean}});
@@ -70,8 +73,8 @@ std::string to_text(const Report& a, const Report& b, const std::vector<Common>&
       return fmt::format("{:.4f}{}", t.after.mean, t.after_predicted ? "*" : " ");
     };
     text += fmt::format("{:<20} {:<10} {:<4} {:>8.4f} {:>9} {:>8.4f} {:>9} {:>+9.4f}\n", c.a.id,
-                        c.a.in_sample ? "in-sample" : "held-out", c.a.unit, c.a.before.mean,
-                        after(c.a), c.b.before.mean, after(c.b), c.b.after.mean - c.a.after.mean);
+                        name_of(c.a.standing), c.a.unit, c.a.before.mean, after(c.a),
+                        c.b.before.mean, after(c.b), c.b.after.mean - c.a.after.mean);
   }
   return text;
 }

@@ -1,10 +1,12 @@
 #include "app/cli/query.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "app/files/csv.hpp"
 #include "app/files/numbers.hpp"
+#include "app/report/accuracy.hpp"
 #include "app/terminal/table.hpp"
 #include "store/open.hpp"
 #include "store/query.hpp"
@@ -82,10 +84,17 @@ void print_text(store::Query& query, const Context& context) {
   context.print(table.text());
 }
 
+/// Anywhere in the question: the table is computed before SQLite reads it.
+bool names_accuracy(std::string sql) {
+  std::ranges::transform(sql, sql.begin(), [](unsigned char c) { return std::tolower(c); });
+  return sql.find("v_accuracy") != std::string::npos;
+}
+
 }  // namespace
 
 ExitCode run_query(const QueryOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
+  if (names_accuracy(options.sql)) store::provide(db, report::accuracy(db));
   const auto limit = std::chrono::milliseconds(static_cast<long>(options.timeout_s * 1000));
   store::Query query(db, options.sql, limit);
   if (context.json && (options.csv || options.ndjson)) {

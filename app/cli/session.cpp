@@ -140,7 +140,7 @@ std::string session_to_resume(store::Connection& db, const NamedOptions& options
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
   std::string last;
   for (const store::SessionRow& row : store::list_sessions(db, campaign.id)) {
-    if (row.n_points > 0 && row.plan_name != "reference points" && row.last_event != "done") {
+    if (row.n_points > 0 && row.plan_name != store::kReferencePlan && row.last_event != "done") {
       last = row.name;
     }
   }

@@ -41,7 +41,7 @@ struct AskOptions {
 std::string state_in_list(const store::SessionRow& row, bool running) {
   if (row.last_event == "done") return "done";
   if (row.n_points == 0) return "imported";
-  if (row.plan_name == "reference points") return "reference";
+  if (row.plan_name == store::kReferencePlan) return "reference";
   if (running) return row.last_event == "paused" ? "paused" : "running";
   return row.last_event == "stopped" || row.last_event == "faulted" ? row.last_event
                                                                     : "interrupted";

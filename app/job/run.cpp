@@ -1,15 +1,16 @@
 #include "app/job/run.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <chrono>
-#include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "app/job/points.hpp"
+#include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/judge/seen.hpp"
 #include "core/plane/hull.hpp"
 #include "core/statistics/bootstrap.hpp"
 #include "core/statistics/summary.hpp"
@@ -26,6 +27,7 @@ struct Inputs {
   Json parameters;
   store::Id campaign = 0;
   store::LoadedCampaign loaded;
+  HeldEpochs held;
   store::JobKey key;
 };
 
@@ -36,7 +38,7 @@ std::vector<store::Id> chosen_sessions(store::Connection& connection, store::Id 
   const auto sessions = store::session_names(connection, campaign_id);
   for (const store::SessionName& s : sessions) {
     known += (known.empty() ? "" : ", ") + s.name;
-    if (names.empty() && !s.compensated) ids.push_back(s.id);
+    if (names.empty() && !s.compensated && !s.references) ids.push_back(s.id);
   }
   for (const std::string& name : names) {
     const auto at = std::ranges::find(sessions, name, &store::SessionName::name);
@@ -83,6 +85,7 @@ Inputs load(store::Connection& connection, const Request& request,
                            {.sessions = chosen_sessions(connection, in.campaign, request.sessions),
                             .with_excluded = then != nullptr});
   if (then != nullptr) go_back_to(in.loaded, *then);
+  in.held = store::held_epochs(connection, in.campaign);
   std::vector<int> excluded;
   for (const store::Exclusion& e : in.loaded.exclusions) excluded.push_back(e.seq);
   in.key = store::job_key({.stage = in.stage->name,
@@ -93,43 +96,25 @@ Inputs load(store::Connection& connection, const Request& request,
   return in;
 }
 
-Pose difference(const Pose& a, const Pose& b) { return Pose::from(pose_difference(a, b)); }
-
-/// Targets of the fitted readings, to 1e-6 mm and rad, to be asked about validation readings.
-class FittedTargets {
- public:
-  explicit FittedTargets(const Campaign& campaign) {
-    if (std::ranges::count(campaign.readings, ReadingSet::validate, &Reading::set) == 0) return;
-    cells_.reserve(campaign.readings.size());
-    for (const Reading& r : campaign.readings) {
-      if (r.set == ReadingSet::identify && r.measured) cells_.push_back(cell(r.target));
-    }
-    std::ranges::sort(cells_);
-  }
-  [[nodiscard]] bool holds(const Pose& target) const {
-    return std::ranges::binary_search(cells_, cell(target));
-  }
-
- private:
-  using Cell = std::array<long long, 3>;
-  static Cell cell(const Pose& p) {
-    constexpr double kSame = 1e-6;
-    return {std::llround(p.x_mm / kSame), std::llround(p.y_mm / kSame),
-            std::llround(p.phi_rad / kSame)};
-  }
-  std::vector<Cell> cells_;
-};
-
-/// A reading with its error as measured, and as predicted after the correction.
+/// A reading before, and as predicted after the correction.
 struct Judged {
-  store::JobPoint point;
-  Pose before;
+  int seq = 0;
+  Standing standing = Standing::unseen;
+  BeforeAfter point;
 };
 
-/// Every measured reading the correction can be judged on. A validation reading where the
-/// correction was fitted is not held out: it counts as in-sample.
-std::vector<Judged> judge(const Campaign& campaign, const Correction& correction) {
-  const FittedTargets fitted(campaign);
+/// Less the validation readings that cannot judge a fit: they stand where it is made, or in an
+/// epoch that it knows nothing of.
+Campaign with_judges(Campaign campaign, const Seen& seen) {
+  std::erase_if(campaign.readings, [&](const Reading& r) {
+    return r.set == ReadingSet::validate && seen.standing(r) != Standing::unseen;
+  });
+  return campaign;
+}
+
+/// Every measured reading with its place in the judgement.
+std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& correction) {
+  const Campaign& campaign = in.loaded.campaign;
   std::vector<Reading> measured;
   measured.reserve(campaign.readings.size());
   for (const Reading& r : campaign.readings) {
@@ -144,61 +129,68 @@ std::vector<Judged> judge(const Campaign& campaign, const Correction& correction
       throw InputError({.what = "the corrected robot cannot reach a target of the campaign",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
     }
-    points.push_back({{.seq = r.seq,
-                       .in_sample = r.set == ReadingSet::identify || fitted.holds(r.target),
-                       .after = difference(*all_after[k], r.target)},
-                      difference(*r.measured, r.target)});
+    points.push_back({.seq = r.seq,
+                      .standing = seen.standing(r),
+                      .point = {r.target, *r.measured, *all_after[k]}});
   }
   return points;
+}
+
+std::vector<BeforeAfter> points_of(const std::vector<Judged>& judged, Standing standing) {
+  std::vector<BeforeAfter> points;
+  for (const Judged& j : judged) {
+    if (j.standing == standing) points.push_back(j.point);
+  }
+  return points;
+}
+
+constexpr Standing kStandings[] = {Standing::fitted, Standing::unseen, Standing::unknown_epoch};
+
+const char* set_of(Standing standing) {
+  switch (standing) {
+    case Standing::fitted:
+      return "identify";
+    case Standing::unseen:
+      return "validate";
+    case Standing::unknown_epoch:
+      return kNewEpoch;
+  }
+  return "";
 }
 
 store::Summary stored(const Summary& s) {
   return {.mean = s.mean, .max = s.max, .min = s.min, .p95 = s.p95, .n = static_cast<int>(s.n)};
 }
 
-std::vector<store::Statistic> statistics(const std::vector<Judged>& points) {
+std::vector<store::Statistic> statistics(const std::vector<Judged>& judged) {
   std::vector<store::Statistic> all;
-  for (const bool in_sample : {true, false}) {
-    std::vector<double> position[2], attitude[2];
-    for (const auto& [p, p_before] : points) {
-      if (p.in_sample != in_sample) continue;
-      for (const int after : {0, 1}) {
-        const Pose& error = after == 0 ? p_before : p.after;
-        position[after].push_back(position_error_mm(error, {}));
-        attitude[after].push_back(deg_from_rad(attitude_error_rad(error, {})));
-      }
+  for (const Standing standing : kStandings) {
+    const std::vector<BeforeAfter> points = points_of(judged, standing);
+    if (points.empty()) continue;
+    for (const Figure figure : {Figure::position_mm, Figure::attitude_deg}) {
+      const Errors errors = errors_in(figure, points);
+      all.push_back({set_of(standing),
+                     figure == Figure::position_mm ? "position_mm" : "attitude_deg",
+                     standing == Standing::fitted, stored(errors.summary_before),
+                     stored(errors.summary_after)});
     }
-    if (position[0].empty()) continue;
-    const std::string set = in_sample ? "identify" : "validate";
-    all.push_back({set, "position_mm", in_sample, stored(summarise(position[0])),
-                   stored(summarise(position[1]))});
-    all.push_back({set, "attitude_deg", in_sample, stored(summarise(attitude[0])),
-                   stored(summarise(attitude[1]))});
   }
   return all;
 }
 
-/// Interval of each improvement, and U (k = 2) of a held-out coordinate: twice its root mean
-/// square, the reading's noise included.
-Json improvements(const std::vector<Judged>& points) {
+/// Interval of each improvement, and U (k = 2) of a held-out coordinate.
+Json improvements(const std::vector<Judged>& judged) {
   Json all = Json::array();
-  for (const bool in_sample : {true, false}) {
-    std::vector<double> before, after;
-    double squares = 0;
-    for (const auto& [p, p_before] : points) {
-      if (p.in_sample != in_sample) continue;
-      before.push_back(position_error_mm(p_before, {}));
-      after.push_back(position_error_mm(p.after, {}));
-      squares += after.back() * after.back();
-    }
-    const auto interval = improvement_interval_pct(before, after);
+  for (const Standing standing : {Standing::fitted, Standing::unseen}) {
+    const std::vector<BeforeAfter> points = points_of(judged, standing);
+    if (points.empty()) continue;
+    const Errors errors = errors_in(Figure::position_mm, points);
+    const auto interval = improvement_interval_pct(errors.before, errors.after);
     if (!interval) continue;
-    Json row = object_with("set", in_sample ? "identify" : "validate", "metric", "position_mm",
-                           "in_sample", in_sample, "improvement_low_pct", interval->low,
+    Json row = object_with("set", set_of(standing), "metric", "position_mm", "in_sample",
+                           standing == Standing::fitted, "improvement_low_pct", interval->low,
                            "improvement_high_pct", interval->high);
-    if (!in_sample) {
-      row["U_k2_mm"] = 2 * std::sqrt(squares / (2 * static_cast<double>(after.size())));
-    }
+    if (standing == Standing::unseen) row["U_k2_mm"] = coordinate_U_mm(errors.after);
     all.push_back(std::move(row));
   }
   return all;
@@ -220,12 +212,12 @@ std::vector<std::string> improvement_words(const Json& improvements) {
 }
 
 /// A warning where the correction is judged beyond the points it was fitted to.
-std::vector<std::string> hull_words(const Campaign& campaign) {
+std::vector<std::string> hull_words(const std::vector<Judged>& judged) {
   std::vector<Place> fitted, held_out;
-  for (const Reading& r : campaign.readings) {
-    const Place place{r.target.x_mm, r.target.y_mm};
-    if (r.set == ReadingSet::identify) fitted.push_back(place);
-    if (r.set == ReadingSet::validate) held_out.push_back(place);
+  for (const Judged& j : judged) {
+    const Place place{j.point.target.x_mm, j.point.target.y_mm};
+    if (j.standing == Standing::fitted) fitted.push_back(place);
+    if (j.standing == Standing::unseen) held_out.push_back(place);
   }
   if (held_out.empty()) return {};
   const std::vector<Place> hull = convex_hull(fitted);
@@ -238,23 +230,34 @@ std::vector<std::string> hull_words(const Campaign& campaign) {
                   outside, held_out.size())};
 }
 
-/// Where validation points stand on fitted ones, and where nothing is held out.
-std::vector<std::string> held_out_words(const Campaign& campaign) {
-  const FittedTargets fitted(campaign);
-  int overlap = 0, all = 0;
+/// Where validation points stand on fitted ones or in epochs of their own, and where nothing is
+/// held out.
+std::vector<std::string> held_out_words(const Campaign& campaign,
+                                        const std::vector<Judged>& judged) {
+  int all = 0, unseen = 0, fitted = 0;
+  std::set<int> epochs;
+  std::size_t k = 0;
   for (const Reading& r : campaign.readings) {
-    if (r.set != ReadingSet::validate || !r.measured) continue;
+    if (!r.measured) continue;
+    const Standing standing = judged[k++].standing;
+    if (r.set != ReadingSet::validate) continue;
     ++all;
-    overlap += fitted.holds(r.target) ? 1 : 0;
+    unseen += standing == Standing::unseen ? 1 : 0;
+    fitted += standing == Standing::fitted ? 1 : 0;
+    if (standing == Standing::unknown_epoch) epochs.insert(r.conditions.epoch);
   }
   std::vector<std::string> words;
-  if (overlap > 0) {
+  if (fitted > 0) {
     words.push_back(fmt::format(
         "warning: {} of {} validation points stand where the correction was fitted: they are not "
         "held out, and count as in-sample",
-        overlap, all));
+        fitted, all));
   }
-  if (overlap == all) {
+  if (!epochs.empty()) {
+    words.push_back(fmt::format("warning: {} of {} validation points {}", all - unseen - fitted,
+                                all, new_epoch_words({epochs.begin(), epochs.end()})));
+  }
+  if (unseen == 0) {
     words.push_back(
         "nothing of these readings is held out: in-sample figures do not say how good the "
         "correction "
@@ -279,16 +282,21 @@ store::NewJob begun(const Inputs& in) {
 
 store::NewJob computed(const Inputs& in) {
   const auto start = std::chrono::steady_clock::now();
-  StageResult result = in.stage->run(in.loaded.campaign, in.parameters);
+  const Seen seen = seen_by_fit(in.loaded.campaign, in.held, is_one_set_up(in.parameters));
+  StageResult result = in.stage->run(with_judges(in.loaded.campaign, seen), in.parameters);
   store::NewJob job = begun(in);
-  const std::vector<Judged> judged = judge(in.loaded.campaign, result.correction);
+  const std::vector<Judged> judged = judge(in, seen, result.correction);
   job.statistics = statistics(judged);
   const Json gains = improvements(judged);
   std::vector<store::JobPoint> points;
   points.reserve(judged.size());
-  for (const Judged& j : judged) points.push_back(j.point);
-  for (const auto& more : {improvement_words(gains), hull_words(in.loaded.campaign),
-                           held_out_words(in.loaded.campaign)}) {
+  for (const auto& [seq, standing, point] : judged) {
+    points.push_back({.seq = seq,
+                      .in_sample = standing == Standing::fitted,
+                      .after = Pose::from(pose_difference(point.after, point.target))});
+  }
+  for (const auto& more :
+       {improvement_words(gains), hull_words(judged), held_out_words(in.loaded.campaign, judged)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
   job.result_json =
@@ -304,6 +312,18 @@ store::NewJob computed(const Inputs& in) {
 }
 
 }  // namespace
+
+bool is_one_set_up(const Json& parameters) { return parameters.value("epochs", "") == "shared"; }
+
+std::string new_epoch_words(const std::vector<int>& epochs) {
+  std::string numbers;
+  for (const int epoch : epochs) numbers += (numbers.empty() ? "" : ", ") + std::to_string(epoch);
+  return fmt::format(
+      "were measured in epoch {}, of which no reading was fitted: how far homing and frame moved "
+      "there is not known, so they do not judge the correction. Identify from readings of that "
+      "epoch as well, or resume with reference points",
+      numbers);
+}
 
 store::NewJob compute(store::Connection& connection, const Request& request) {
   return computed(load(connection, request));

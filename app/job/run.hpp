@@ -30,9 +30,18 @@ struct Outcome {
 /// Runs a stage on stored readings (excluded ones left out) and stores the job; or returns the
 /// stored job of the same key. The inputs are hashed before and after: a difference fails the job.
 /// In the result the pose error predicted after for each reading (predicted_after, points.hpp);
-/// statistics position_mm and attitude_deg of each set, in-sample for the rows that were fitted.
-/// Throws NotFoundError (campaign, session, stage), InputError (parameters, readings), StoreError.
+/// statistics position_mm and attitude_deg of what stands alike (core/judge/seen.hpp): in-sample
+/// where the fit was made, held-out elsewhere, and apart from both what is of an epoch no fit has
+/// seen. Throws NotFoundError (campaign, session, stage), InputError (parameters, readings),
+/// StoreError.
 Outcome run(store::Connection& connection, const Request& request);
+
+/// Set of the statistics over validation readings in epochs that the fit knows nothing of.
+inline constexpr const char* kNewEpoch = "new epoch";
+/// "were measured in epoch 2, of which no reading was fitted: …", to follow what was.
+std::string new_epoch_words(const std::vector<int>& epochs);
+/// The stage was told that all epochs are one set-up.
+bool is_one_set_up(const Json& parameters);
 
 /// What `run` would store, without storing it.
 store::NewJob compute(store::Connection& connection, const Request& request);

@@ -9,6 +9,7 @@
 #include "app/job/held_out.hpp"
 #include "app/job/stages.hpp"
 #include "core/diagnose/diagnose.hpp"
+#include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
@@ -138,12 +139,6 @@ std::vector<std::pair<std::string, double>> dependences(const Trial& trial,
   const double least = std::max(kWorthNaming, 10.0 / static_cast<double>(n));
   std::erase_if(found, [least](const auto& d) { return d.second < least; });
   return found;
-}
-
-double coordinate_U_mm(const std::vector<double>& position_mm) {
-  double squares = 0;
-  for (const double p : position_mm) squares += p * p;
-  return 2 * std::sqrt(squares / (2 * static_cast<double>(position_mm.size())));
 }
 
 Json row_json(const Trial& trial, const std::vector<Reading>& rows) {

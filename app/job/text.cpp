@@ -6,6 +6,7 @@
 
 #include "app/job/contest_text.hpp"
 #include "app/job/identification.hpp"
+#include "app/job/run.hpp"
 #include "core/statistics/summary.hpp"
 
 namespace trammel::job {
@@ -13,7 +14,7 @@ namespace trammel::job {
 namespace {
 
 std::optional<double> improvement(const store::Statistic& s) {
-  if (!s.before || !s.after) return std::nullopt;
+  if (!s.before || !s.after || s.set == kNewEpoch) return std::nullopt;
   return improvement_pct({.mean = s.before->mean}, {.mean = s.after->mean});
 }
 
@@ -56,10 +57,13 @@ std::string statistics_text(const std::vector<store::Statistic>& statistics) {
   for (const store::Statistic& s : statistics) {
     const auto gain = improvement(s);
     const int n = s.before ? s.before->n : s.after ? s.after->n : 0;
-    text += fmt::format(
-        "  {:<38}{:>5}{}{}{:>9}\n",
-        fmt::format("{} {} ({})", s.set, s.metric, s.in_sample ? "in-sample" : "held-out"), n,
-        cells(s.before), cells(s.after), gain ? fmt::format("{:.1f} %", *gain) : "-");
+    text += fmt::format("  {:<38}{:>5}{}{}{:>9}\n",
+                        fmt::format("{} {} ({})", s.set, s.metric,
+                                    s.set == kNewEpoch ? "not judged"
+                                    : s.in_sample      ? "in-sample"
+                                                       : "held-out"),
+                        n, cells(s.before), cells(s.after),
+                        gain ? fmt::format("{:.1f} %", *gain) : "-");
   }
   return text;
 }

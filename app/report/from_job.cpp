@@ -81,4 +81,8 @@ NetworkFit network_of(const store::Job& rbf) {
   return fit;
 }
 
+std::string picked_of(const store::Job& contest) {
+  return Json::parse(contest.data.result_json).at("details").value("picked", "");
+}
+
 }  // namespace trammel::report

@@ -11,6 +11,8 @@ namespace trammel::report {
 
 Identification identification_of(const store::Job& lsq);
 NetworkFit network_of(const store::Job& rbf);
+/// The method that a contest picked.
+std::string picked_of(const store::Job& contest);
 
 /// A number of the result; none where it is null.
 inline std::optional<double> optional_number(const nlohmann::ordered_json& value) {

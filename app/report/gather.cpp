@@ -4,82 +4,64 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "app/files/numbers.hpp"
+#include "app/job/run.hpp"
 #include "app/report/from_job.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/remarks.hpp"
 #include "app/report/simulation.hpp"
-#include "core/judge/deviation.hpp"
+#include "core/judge/before_after.hpp"
 #include "core/measure/noise.hpp"
 #include "core/plane/circle.hpp"
+#include "core/statistics/limits.hpp"
 #include "core/units.hpp"
 
 namespace trammel::report {
 
 namespace {
 
-double error_of(const Pose& measured, const Pose& target, bool position) {
-  return position ? position_error_mm(measured, target)
-                  : deg_from_rad(attitude_error_rad(measured, target));
-}
-
-struct Errors {
-  std::vector<double> before, after;
-};
-
-Errors errors_of(const std::vector<Pair>& pairs, bool position) {
-  Errors errors;
-  for (const Pair& pair : pairs) {
-    const Reading& reading = pair.before->reading;
-    errors.before.push_back(error_of(*reading.measured, reading.target, position));
-    errors.after.push_back(error_of(pair.after, reading.target, position));
-  }
-  return errors;
-}
-
 std::optional<Demand> demand_on(const ErrorTable& table, const std::optional<double>& floor_mm) {
   if (table.method != kModel || table.figure != "position" || !floor_mm) return std::nullopt;
+  if (table.standing == Standing::unknown_epoch) return std::nullopt;
   Demand demand;
-  const auto better = improvement_pct(table.before, table.after);
-  demand.reached = better && *better >= demand.improvement_pct &&
+  demand.reached = table.improvement_pct && *table.improvement_pct >= demand.improvement_pct &&
                    table.after.mean <= demand.floor_ratio * *floor_mm;
   return demand;
 }
 
+ErrorTable table_of(const Comparison& c, Figure figure) {
+  const Errors errors = errors_of(c.paired, figure);
+  const bool position = figure == Figure::position_mm;
+  ErrorTable table{.method = method_of(*c.job),
+                   .figure = position ? "position" : "attitude",
+                   .unit = position ? "mm" : "deg",
+                   .set = c.group->set == ReadingSet::identify ? "identify" : "validate",
+                   .standing = c.standing,
+                   .after_predicted = c.paired.predicted,
+                   .before = errors.summary_before,
+                   .after = errors.summary_after};
+  if (c.standing != Standing::unknown_epoch) table.improvement_pct = errors.improvement_pct;
+  for (std::size_t k = 0; k < c.paired.pairs.size(); ++k) {
+    const Pose& target = c.paired.pairs[k].before->reading.target;
+    table.points.push_back({target.x_mm, target.y_mm, errors.before[k], errors.after[k]});
+  }
+  return table;
+}
+
 void add_tables(Report& report, const Comparison& c) {
-  const Paired& paired = c.paired;
-  for (const bool position : {true, false}) {
-    const Errors errors = errors_of(paired.pairs, position);
-    ErrorTable table;
-    table.method = method_of(*c.job);
-    table.figure = position ? "position" : "attitude";
-    table.unit = position ? "mm" : "deg";
-    table.id = fmt::format("{}-{}-{}", table.method, paired.pairs.size(), table.figure);
+  for (const Figure figure : {Figure::position_mm, Figure::attitude_deg}) {
+    ErrorTable table = table_of(c, figure);
+    table.id = fmt::format("{}-{}-{}", table.method, table.before.n, table.figure);
     const bool taken =
         std::any_of(report.tables.begin(), report.tables.end(),
                     [&table](const ErrorTable& other) { return other.id == table.id; });
     if (taken) table.id += "-" + c.group->walk->session.name;
-    table.set = c.group->set == ReadingSet::identify ? "identify" : "validate";
-    table.in_sample = c.in_sample;
-    table.after_predicted = paired.predicted;
-    table.before = summarise(errors.before);
-    table.after = summarise(errors.after);
-    for (std::size_t k = 0; k < paired.pairs.size(); ++k) {
-      const Pose& target = paired.pairs[k].before->reading.target;
-      table.points.push_back({target.x_mm, target.y_mm, errors.before[k], errors.after[k]});
-    }
     table.paper = paper_figures(table.id);
     table.demand = demand_on(table, report.floor_mean_mm);
     report.tables.push_back(std::move(table));
   }
-}
-
-/// Two-sided 95 % of Student's t, by the expansion of Cornish and Fisher in 1/n; to 1 % from n = 5.
-double student_95(double degrees) {
-  constexpr double z = 1.959963985;
-  return z + (z * z * z + z) / (4 * degrees) +
-         (5 * std::pow(z, 5) + 16 * z * z * z + 3 * z) / (96 * degrees * degrees);
 }
 
 std::optional<Contest> contest_of(const std::string& name_a, const Paired& a,
@@ -87,8 +69,8 @@ std::optional<Contest> contest_of(const std::string& name_a, const Paired& a,
   if (a.pairs.size() != b.pairs.size() || a.predicted != b.predicted || a.pairs.size() < 5) {
     return std::nullopt;
   }
-  const std::vector<double> left_a = errors_of(a.pairs, true).after;
-  const std::vector<double> left_b = errors_of(b.pairs, true).after;
+  const std::vector<double> left_a = errors_of(a, Figure::position_mm).after;
+  const std::vector<double> left_b = errors_of(b, Figure::position_mm).after;
   const double n = static_cast<double>(left_a.size());
   Contest contest{.a = name_a, .b = name_b, .n = static_cast<int>(left_a.size())};
   for (std::size_t k = 0; k < left_a.size(); ++k) {
@@ -99,7 +81,7 @@ std::optional<Contest> contest_of(const std::string& name_a, const Paired& a,
   for (std::size_t k = 0; k < left_a.size(); ++k) {
     squares += std::pow(left_a[k] - left_b[k] - contest.mean_difference_mm, 2);
   }
-  contest.half_width_mm = student_95(n - 1) * std::sqrt(squares / (n - 1) / n);
+  contest.half_width_mm = student_limit(0.05, n - 1) * std::sqrt(squares / (n - 1) / n);
   return contest;
 }
 
@@ -107,13 +89,14 @@ CircleDeviation deviation(const FittedCircle& seen, const FittedCircle& wanted) 
   return {seen.x_mm - wanted.x_mm, seen.y_mm - wanted.y_mm, seen.radius_mm - wanted.radius_mm};
 }
 
-CircleTable circle_table(const store::Job& job, const Paired& paired) {
-  CircleTable table{.method = method_of(job), .after_predicted = paired.predicted};
-  const Errors errors = errors_of(paired.pairs, true);
-  table.before = summarise(errors.before);
-  table.after = summarise(errors.after);
+CircleTable circle_table(const std::vector<Comparison>& comparisons) {
+  CircleTable table{.method = method_of(*comparisons.front().job),
+                    .after_predicted = comparisons.front().paired.predicted};
   std::map<std::string, std::vector<const Pair*>> by_role;
-  for (const Pair& pair : paired.pairs) by_role[pair.before->role].push_back(&pair);
+  for (const Comparison& c : comparisons) {
+    table.errors.push_back(table_of(c, Figure::position_mm));
+    for (const Pair& pair : c.paired.pairs) by_role[pair.before->role].push_back(&pair);
+  }
   for (const auto& [role, pairs] : by_role) {
     std::vector<Place> targets, before, after;
     const auto place = [](const Pose& pose) { return Place{pose.x_mm, pose.y_mm}; };
@@ -168,14 +151,36 @@ void add_origin(Report& report, store::Connection& connection, store::Id campaig
          .plan = walk.session.plan_name,
          .compensation = job ? fmt::format("{} (job {})", stages[*job], *job) : "",
          .n_points = walk.session.n_points,
+         .n_done = walk.n_done,
          .n_readings = walk.session.n_readings,
-         .n_epochs = walk.n_epochs});
+         .n_epochs = walk.n_epochs,
+         .counts = walk.counts});
   }
   for (const store::Exclusion& e : measured.exclusions) {
     report.exclusions.push_back(fmt::format("seq {}: {}", e.seq, e.reason));
   }
   for (const auto& fact : measured.campaign.facts) report.facts.push_back(fact);
   report.chain_head = store::hex(store::chain_head(connection, campaign_id));
+}
+
+/// Which points judge no method, and why.
+void add_new_epochs(Report& report, const std::vector<Comparison>& compared) {
+  std::map<const Group*, std::pair<std::vector<std::string>, const Comparison*>> by_group;
+  for (const Comparison& c : compared) {
+    if (c.standing != Standing::unknown_epoch) continue;
+    by_group[c.group].first.push_back(method_of(*c.job));
+    by_group[c.group].second = &c;
+  }
+  for (const auto& [group, found] : by_group) {
+    std::set<int> epochs;
+    for (const Pair& p : found.second->paired.pairs) {
+      epochs.insert(p.before->reading.conditions.epoch);
+    }
+    report.remarks.push_back(fmt::format("{} points of {} under {} {}.",
+                                         found.second->paired.pairs.size(),
+                                         group->walk->session.name, fmt::join(found.first, ", "),
+                                         job::new_epoch_words({epochs.begin(), epochs.end()})));
+  }
 }
 
 }  // namespace
@@ -198,9 +203,9 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   for (const Comparison& c : compared) {
     add_tables(report, c);
     if (c.job->data.stage == "lsq") {
-      report.simulation.push_back(simulation_table(measured, *c.group, *c.job, c.in_sample));
+      report.simulation.push_back(simulation_table(measured, c));
     }
-    if (!c.in_sample) held_out[c.group].emplace(c.job->data.stage, &c.paired);
+    if (c.standing == Standing::unseen) held_out[c.group].emplace(c.job->data.stage, &c.paired);
   }
   for (const Group& group : groups) {
     const auto& of = held_out[&group];
@@ -208,8 +213,10 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
       report.contest = contest_of("idw", *of.at("idw"), "rbf", *of.at("rbf"));
     }
   }
-  if (const auto circles = circle_comparison(measured, groups, methods)) {
-    report.circles = circle_table(*circles->job, circles->paired);
+  const std::vector<Comparison> circles = circle_comparison(measured, groups, methods);
+  if (!circles.empty()) report.circles = circle_table(circles);
+  if (const auto contest = jobs.find("contest"); contest != jobs.end()) {
+    report.picked = picked_of(contest->second);
   }
   if (const auto lsq = jobs.find("lsq"); lsq != jobs.end()) {
     report.identification = identification_of(lsq->second);
@@ -219,8 +226,9 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   if (const auto diagnosis = jobs.find("diagnose"); diagnosis != jobs.end()) {
     report.story = story_of(connection, measured, diagnosis->second);
   }
-  report.remarks = remarks_on(report);
   add_origin(report, connection, campaign.id, measured);
+  report.remarks = remarks_on(report);
+  add_new_epochs(report, compared);
   return report;
 }
 

@@ -8,10 +8,11 @@ namespace trammel::report {
 /// The report of a stored campaign, from its sessions and jobs as they are now.
 ///
 /// Per method the job is the one a session was compensated by, else the newest. "before" are the
-/// readings of a baseline session; "after" those of the session that walked the same plan under the
-/// method's job, paired by point. Where there is none (an imported campaign), after is predicted
-/// from the readings before, and says so. In-sample: the job fitted these very readings. All
-/// methods are judged on the same baseline. Proof: report_test.cpp.
+/// readings of a baseline session; "after" those of the complete session under the method's job
+/// that is compared with it (core/judge/walk.hpp), point by point. Where there is none (an imported
+/// campaign), after is predicted from the readings before, and says so. In-sample: the fit was made
+/// at these targets (core/judge/seen.hpp). All methods are judged on the same baseline. Proof:
+/// report_test.cpp, agreement_test.cpp.
 Report gather(store::Connection& connection, const store::CampaignRow& campaign);
 
 }  // namespace trammel::report

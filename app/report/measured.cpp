@@ -1,70 +1,71 @@
 #include "app/report/measured.hpp"
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include "app/job/correction_json.hpp"
+#include "app/job/run.hpp"
 #include "store/transaction.hpp"
 
 namespace trammel::report {
 
 namespace {
 
-bool is_circle(const Visit& visit) { return visit.role.starts_with("circle"); }
+/// A check in between, no result.
+bool is_reference(const store::Point& point) { return point.role.starts_with("reference"); }
 
 /// Planned point of each attempt of a session.
 std::map<store::Id, store::Point> points_by_attempt(store::Connection& connection,
-                                                    store::Id session_id) {
-  std::map<int, store::Point> by_seq;
-  for (store::Point& point : store::points(connection, session_id)) by_seq[point.seq] = point;
+                                                    const store::Id session_id,
+                                                    const std::vector<store::Point>& points) {
+  std::map<int, const store::Point*> by_seq;
+  for (const store::Point& point : points) by_seq[point.seq] = &point;
   std::map<store::Id, store::Point> by_attempt;
   for (const store::Attempt& attempt : store::attempts(connection, session_id)) {
-    if (attempt.status == "ok") by_attempt[attempt.id] = by_seq[attempt.point_seq];
+    if (attempt.status == "ok") by_attempt[attempt.id] = *by_seq[attempt.point_seq];
   }
   return by_attempt;
 }
 
 Walk make_walk(store::Connection& connection, const store::SessionRow& session,
                const std::vector<store::StoredReading>& stored) {
-  Walk walk{.session = session,
-            .n_epochs = static_cast<int>(store::epochs(connection, session.id).size()),
-            .visits = {}};
-  const auto points = points_by_attempt(connection, session.id);
+  Walk walk;
+  walk.session = session;
+  walk.n_epochs = static_cast<int>(store::epochs(connection, session.id).size());
+  walk.compensation = session.compensation_job;
+  walk.n_done = session.n_ok;
+  const std::vector<store::Point> plan = store::points(connection, session.id);
+  for (const store::Point& point : plan) walk.plan.push_back(point.target);
+  const auto points = points_by_attempt(connection, session.id, plan);
   for (const store::StoredReading& reading : stored) {
     if (reading.session_id != session.id || !reading.data.reading.measured) continue;
     Visit visit{.point = reading.data.reading.seq, .role = {}, .reading = reading.data.reading};
     if (reading.attempt_id) {
       const auto point = points.find(*reading.attempt_id);
-      if (point == points.end()) continue;
+      if (point == points.end() || is_reference(point->second)) continue;
       visit.point = point->second.seq;
       visit.role = point->second.role;
-      if (visit.role.starts_with("reference")) continue;  // a resume's check, no result
     }
     walk.visits.push_back(std::move(visit));
   }
   return walk;
 }
 
-const Walk* walk_under(const Measured& measured, const Group& group, store::Id job_id) {
-  const Walk* last = nullptr;
+/// The group as a complete walk under the job found it again; nothing where none did.
+std::vector<Pair> measured_pairs(const Measured& measured, const Group& group, store::Id job_id) {
+  std::vector<Pair> best;
   for (const Walk& walk : measured.walks) {
-    const bool same_plan = walk.session.plan_name == group.walk->session.plan_name &&
-                           walk.session.n_points == group.walk->session.n_points;
-    if (same_plan && walk.session.compensation_job == job_id) last = &walk;
+    if (walk.compensation != job_id || !walk.counts) continue;
+    if (!walk.baseline || &measured.walks[*walk.baseline] != group.walk) continue;
+    std::vector<Pair> pairs;
+    for (const auto& [before, after] :
+         pair_visits(group.visits, walk.visits, same_plan(*group.walk, walk))) {
+      pairs.push_back({group.visits[before], *walk.visits[after].reading.measured});
+    }
+    if (pairs.size() >= best.size()) best = std::move(pairs);
   }
-  return last;
-}
-
-/// Pairs by planned point; empty when the session has not measured them all yet.
-std::vector<Pair> measured_pairs(const Group& group, const Walk& walk) {
-  std::vector<Pair> pairs;
-  for (const Visit* before : group.visits) {
-    const auto after =
-        std::find_if(walk.visits.begin(), walk.visits.end(), [before](const Visit& visit) {
-          return visit.point == before->point && visit.reading.target == before->reading.target;
-        });
-    if (after != walk.visits.end()) pairs.push_back({before, *after->reading.measured});
-  }
-  return pairs;
+  return best;
 }
 
 std::vector<Pair> predicted_pairs(const Measured& measured, const Group& group,
@@ -84,32 +85,62 @@ Measured load_measured(store::Connection& connection, const store::CampaignRow& 
   const store::Snapshot snapshot(connection);
   store::LoadedCampaign loaded = store::load_campaign(connection, campaign.id);
   std::vector<store::StoredReading> stored = store::readings(connection, campaign.id);
+  for (const store::StoredReading& reading : stored) {
+    measured.stored.push_back({reading.session_id, reading.data.reading});
+  }
   std::erase_if(stored, [&](const store::StoredReading& reading) {
     return std::ranges::find(loaded.exclusions, reading.data.reading.seq, &store::Exclusion::seq) !=
            loaded.exclusions.end();
   });
+  measured.held = store::held_epochs(connection, campaign.id);
   for (const store::SessionRow& session : store::list_sessions(connection, campaign.id)) {
     measured.walks.push_back(make_walk(connection, session, stored));
+  }
+  std::vector<const trammel::Walk*> walks;
+  for (const Walk& walk : measured.walks) walks.push_back(&walk);
+  for (std::size_t k = 0; k < walks.size(); ++k) {
+    measured.walks[k].counts = stands(walks, k);
+    if (walks[k]->compensation && measured.walks[k].counts) {
+      measured.walks[k].baseline = baseline_of(walks, k);
+    }
   }
   measured.campaign = std::move(loaded.campaign);
   measured.exclusions = std::move(loaded.exclusions);
   return measured;
 }
 
+Seen seen_by(const Measured& measured, const store::Job& job) {
+  const auto has = [](const std::vector<store::Id>& ids, store::Id id) {
+    return std::ranges::find(ids, id) != ids.end();
+  };
+  std::set<int> honoured;
+  for (const store::Exclusion& e : measured.exclusions) {
+    if (has(job.data.exclusions, e.id)) honoured.insert(e.seq);
+  }
+  std::vector<Reading> taken;
+  int n = 0;
+  for (const auto& [session, reading] : measured.stored) {
+    if (!has(job.data.sessions, session) || honoured.contains(reading.seq)) continue;
+    if (n++ == job.data.n_readings) break;  // what came later it did not see
+    if (reading.set == ReadingSet::identify && reading.measured) taken.push_back(reading);
+  }
+  return Seen(taken, measured.held, job::is_one_set_up(job::Json::parse(job.data.parameters_json)));
+}
+
 std::vector<Group> baseline_groups(const Measured& measured) {
   std::vector<Group> groups;
   for (const Walk& walk : measured.walks) {
-    if (walk.session.compensation_job) continue;
+    if (walk.compensation || !walk.counts) continue;
     const std::size_t first = groups.size();
     for (const Visit& visit : walk.visits) {
       const auto same = [&visit](const Group& group) {
-        return group.set == visit.reading.set && group.circles == is_circle(visit);
+        return group.set == visit.reading.set && group.circles == on_circle(visit);
       };
       auto group =
           std::find_if(groups.begin() + static_cast<std::ptrdiff_t>(first), groups.end(), same);
       if (group == groups.end()) {
         groups.push_back(
-            {.walk = &walk, .set = visit.reading.set, .circles = is_circle(visit), .visits = {}});
+            {.walk = &walk, .set = visit.reading.set, .circles = on_circle(visit), .visits = {}});
         group = groups.end() - 1;
       }
       group->visits.push_back(&visit);
@@ -119,12 +150,29 @@ std::vector<Group> baseline_groups(const Measured& measured) {
 }
 
 Paired paired(const Measured& measured, const Group& group, const store::Job& job) {
-  if (const Walk* walk = walk_under(measured, group, job.id)) {
-    std::vector<Pair> pairs = measured_pairs(group, *walk);
-    if (!pairs.empty()) return {.predicted = false, .pairs = std::move(pairs)};
-  }
+  std::vector<Pair> again = measured_pairs(measured, group, job.id);
+  if (!again.empty()) return {.predicted = false, .pairs = std::move(again)};
   return {.predicted = true,
           .pairs = predicted_pairs(measured, group, job::correction_of(job.data.result_json))};
+}
+
+Paired of_standing(const Paired& paired, const Seen& seen, Standing standing) {
+  Paired some{.predicted = paired.predicted, .pairs = {}};
+  for (const Pair& pair : paired.pairs) {
+    const Reading& before = pair.before->reading;
+    const Standing its = paired.predicted ? seen.standing(before) : seen.standing(before.target);
+    if (its == standing) some.pairs.push_back(pair);
+  }
+  return some;
+}
+
+Errors errors_of(const Paired& paired, Figure figure) {
+  std::vector<BeforeAfter> points;
+  for (const Pair& pair : paired.pairs) {
+    const Reading& reading = pair.before->reading;
+    points.push_back({reading.target, *reading.measured, pair.after});
+  }
+  return errors_in(figure, points);
 }
 
 }  // namespace trammel::report

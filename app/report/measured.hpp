@@ -1,37 +1,38 @@
 #pragma once
 // A campaign's readings, sorted for comparing: by session and by planned point.
 
-#include <map>
-#include <string>
 #include <vector>
 
+#include "core/judge/before_after.hpp"
+#include "core/judge/seen.hpp"
+#include "core/judge/walk.hpp"
 #include "store/campaign.hpp"
 #include "store/job.hpp"
 #include "store/session.hpp"
 
 namespace trammel::report {
 
-/// One measured point. `point` pairs the same target of two sessions that walked one plan.
-struct Visit {
-  int point = 0;
-  std::string role;  // "circle 1"
-  Reading reading;
-};
-
-/// The visits of one session, less excluded readings and those without a pose.
-struct Walk {
-  store::SessionRow session;
+/// A session's walk: visits less excluded readings, those without a pose and reference points.
+struct Walk : trammel::Walk {
+  store::SessionRow session = {};
   int n_epochs = 0;
-  std::vector<Visit> visits;
+  bool counts = false;  // it stands (core/judge/walk.hpp)
+  std::optional<std::size_t> baseline =
+      {};  // of a compensated walk: index of what it is compared with
 };
 
 struct Measured {
   Campaign campaign;
   std::vector<Walk> walks;  // in the order of measurement
   std::vector<store::Exclusion> exclusions;
+  HeldEpochs held;
+  std::vector<store::SessionReading> stored;  // all readings by seq, excluded ones too
 };
 
 Measured load_measured(store::Connection& connection, const store::CampaignRow& campaign);
+
+/// What the fit of a job of this campaign has seen: the readings that it took, as they were then.
+Seen seen_by(const Measured& measured, const store::Job& job);
 
 /// Points of a baseline session that belong together: all of one set, circles apart.
 struct Group {
@@ -40,6 +41,7 @@ struct Group {
   bool circles = false;
   std::vector<const Visit*> visits;
 };
+/// Of the sessions that stand.
 std::vector<Group> baseline_groups(const Measured& measured);
 
 /// One point before and after a correction.
@@ -48,11 +50,18 @@ struct Pair {
   Pose after = {};
 };
 
-/// The group's points under the correction of `job`: measured again where a session did so.
+/// The group's points under the correction of `job`: measured again where a complete session did so
+/// (that which shares most of them, of equals the last), else predicted.
 struct Paired {
   bool predicted = false;
   std::vector<Pair> pairs;
 };
 Paired paired(const Measured& measured, const Group& group, const store::Job& job);
+
+/// Its pairs that stand alike.
+Paired of_standing(const Paired& paired, const Seen& seen, Standing standing);
+
+/// Errors of the pairs. Throws InputError where there are none.
+Errors errors_of(const Paired& paired, Figure figure);
 
 }  // namespace trammel::report

@@ -12,7 +12,7 @@ namespace {
 /// A map meets its own samples by construction: only "measured again" says something there.
 bool worth_showing(const Comparison& c) {
   const bool map = c.job->data.stage == "idw" || c.job->data.stage == "rbf";
-  return !c.paired.pairs.empty() && !(map && c.in_sample && c.paired.predicted);
+  return !(map && c.in_sample() && c.paired.predicted);
 }
 
 /// The points of a diagnosis were chosen to be hard.
@@ -23,8 +23,8 @@ bool asked_for(const Group& group) { return group.walk->session.plan_name == job
 Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Measured& measured) {
   Jobs jobs;
   const auto is_used = [&measured](store::Id id) {
-    return std::any_of(measured.walks.begin(), measured.walks.end(),
-                       [id](const Walk& walk) { return walk.session.compensation_job == id; });
+    return std::ranges::any_of(
+        measured.walks, [id](const Walk& walk) { return walk.counts && walk.compensation == id; });
   };
   for (const store::JobRow& row : store::list_jobs(connection, campaign_id)) {
     const auto known = jobs.find(row.stage);
@@ -62,38 +62,49 @@ std::string method_words(const std::string& method) {
   return method;
 }
 
-bool fitted(const store::Job& job, const Group& group) {
-  const auto& sessions = job.data.sessions;
-  return group.set == ReadingSet::identify &&
-         std::find(sessions.begin(), sessions.end(), group.walk->session.id) != sessions.end();
+std::vector<Comparison> judged(const Measured& measured, const Group& group, const store::Job& job,
+                               const Seen& seen) {
+  const Paired all = paired(measured, group, job);
+  std::vector<Comparison> found;
+  for (const Standing standing : {Standing::fitted, Standing::unseen, Standing::unknown_epoch}) {
+    Paired some = of_standing(all, seen, standing);
+    if (some.pairs.empty()) continue;
+    found.push_back(
+        {.group = &group, .job = &job, .standing = standing, .paired = std::move(some)});
+  }
+  return found;
 }
 
 std::vector<Comparison> comparisons(const Measured& measured, const std::vector<Group>& groups,
                                     const std::vector<const store::Job*>& methods) {
   std::vector<Comparison> all;
+  std::vector<Seen> seen;
+  for (const store::Job* job : methods) seen.push_back(seen_by(measured, *job));
   for (const Group& group : groups) {
     if (group.circles || asked_for(group)) continue;
-    for (const store::Job* job : methods) {
-      Comparison c{.group = &group,
-                   .job = job,
-                   .in_sample = fitted(*job, group),
-                   .paired = paired(measured, group, *job)};
-      if (worth_showing(c)) all.push_back(std::move(c));
+    for (std::size_t k = 0; k < methods.size(); ++k) {
+      for (Comparison& c : judged(measured, group, *methods[k], seen[k])) {
+        if (worth_showing(c)) all.push_back(std::move(c));
+      }
     }
   }
   return all;
 }
 
-std::optional<Comparison> circle_comparison(const Measured& measured,
-                                            const std::vector<Group>& groups,
-                                            const std::vector<const store::Job*>& methods) {
-  std::optional<Comparison> chosen;
+std::vector<Comparison> circle_comparison(const Measured& measured,
+                                          const std::vector<Group>& groups,
+                                          const std::vector<const store::Job*>& methods) {
+  constexpr std::size_t kLeastOfACircle = 3;  // points
+  std::vector<Comparison> chosen;
   for (const Group& group : groups) {
     if (!group.circles || asked_for(group)) continue;
     for (const store::Job* job : methods) {
-      Paired pairs = paired(measured, group, *job);
-      if (pairs.pairs.size() < 3 || (chosen && pairs.predicted)) continue;
-      chosen = {.group = &group, .job = job, .in_sample = false, .paired = std::move(pairs)};
+      std::vector<Comparison> found = judged(measured, group, *job, seen_by(measured, *job));
+      std::size_t n = 0;
+      for (const Comparison& c : found) n += c.paired.pairs.size();
+      if (n < kLeastOfACircle) continue;
+      if (!chosen.empty() && found.front().paired.predicted) continue;
+      chosen = std::move(found);
     }
   }
   return chosen;

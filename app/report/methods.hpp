@@ -22,16 +22,20 @@ std::string method_of(const store::Job& job);
 /// "least squares on the geometry"
 std::string method_words(const std::string& method);
 
-/// The job fitted these very readings: figures of them are in-sample.
-bool fitted(const store::Job& job, const Group& group);
-
-/// One method on one group of baseline readings.
+/// One method on one group of baseline readings, as far as they stand alike to its fit.
 struct Comparison {
   const Group* group = nullptr;
   const store::Job* job = nullptr;
-  bool in_sample = false;
+  Standing standing = Standing::unseen;
   Paired paired = {};
+
+  [[nodiscard]] bool in_sample() const { return standing == Standing::fitted; }
 };
+
+/// The group under the job, whose fit has `seen` (seen_by): a comparison for each standing that it
+/// has points of.
+std::vector<Comparison> judged(const Measured& measured, const Group& group, const store::Job& job,
+                               const Seen& seen);
 
 /// Each method on each group that a table compares, in the report's order: circles and the points
 /// that a diagnosis asked for are apart, and a map's own samples say something only where they were
@@ -39,9 +43,10 @@ struct Comparison {
 std::vector<Comparison> comparisons(const Measured& measured, const std::vector<Group>& groups,
                                     const std::vector<const store::Job*>& methods);
 
-/// Circles under the job they were measured again with; else predicted by the last method.
-std::optional<Comparison> circle_comparison(const Measured& measured,
-                                            const std::vector<Group>& groups,
-                                            const std::vector<const store::Job*>& methods);
+/// Circles under the job they were measured again with; else predicted by the last method. One
+/// comparison for each standing; none where there are no circles.
+std::vector<Comparison> circle_comparison(const Measured& measured,
+                                          const std::vector<Group>& groups,
+                                          const std::vector<const store::Job*>& methods);
 
 }  // namespace trammel::report

@@ -118,7 +118,7 @@ std::string trimmed(std::string line) {
 }
 
 std::string judged_words(const ErrorTable& table) {
-  return fmt::format("{}, {} points", table.in_sample ? "in-sample" : "held-out", table.before.n);
+  return fmt::format("{}, {} points", name_of(table.standing), table.before.n);
 }
 
 std::string bar(double value, double scale, const std::optional<double>& floor, Glyphs glyphs) {
@@ -181,7 +181,7 @@ std::string method_bars(const Report& report, const ErrorTable& table, Glyphs gl
   std::string text = fmt::format("mean, {} [{}]\n", judged_words(table), table.unit);
   text += line("before", table.before.mean);
   for (const ErrorTable& other : report.tables) {
-    if (other.figure != table.figure || other.in_sample != table.in_sample ||
+    if (other.figure != table.figure || other.standing != table.standing ||
         other.before.n != table.before.n || other.before.mean != table.before.mean) {
       continue;
     }

@@ -20,11 +20,14 @@ struct Page {
 /// For a person: tables at most 110 columns wide, on a narrow page most at most 80.
 std::string to_text(const Report& report, const Page& page);
 
-/// The table a reader wants first: held-out before in-sample, position, the smallest error left;
-/// none before the first calibration.
+/// The table a reader wants first, of position: unseen points before fitted ones, measured again
+/// before predicted; then the contest's pick, the geometry with the named effects where they
+/// explain the readings, lsq, the others in the report's order; then the most points. Never the one
+/// with the least error: that would choose by what is to be judged. None before a calibration.
 const ErrorTable* best_table(const Report& report);
 
-/// The report in one sentence: what the best correction that was measured (else predicted) does.
+/// The report in one sentence: what the correction of best_table does, with its 95 % interval, and
+/// what the diagnosis itself doubts.
 std::string verdict(const Report& report);
 
 }  // namespace trammel::report

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "store/session.hpp"
+
 namespace trammel::report {
 
 std::vector<std::string> remarks_on(const Report& report) {
@@ -12,11 +14,10 @@ std::vector<std::string> remarks_on(const Report& report) {
   };
   std::vector<Worse> found;
   for (const ErrorTable& t : report.tables) {
-    if (!(t.after.mean > t.before.mean)) continue;
-    const std::string figures =
-        fmt::format("mean {:.4f} -> {:.4f} {} on {} {} points, {}", t.before.mean, t.after.mean,
-                    t.unit, t.before.n, t.in_sample ? "in-sample" : "held-out",
-                    t.after_predicted ? "predicted" : "measured again");
+    if (t.standing == Standing::unknown_epoch || !(t.after.mean > t.before.mean)) continue;
+    const std::string figures = fmt::format(
+        "mean {:.4f} -> {:.4f} {} on {} {} points, {}", t.before.mean, t.after.mean, t.unit,
+        t.before.n, name_of(t.standing), t.after_predicted ? "predicted" : "measured again");
     const auto same = std::find_if(found.begin(), found.end(), [&](const Worse& w) {
       return w.method == t.method && w.figure == t.figure;
     });
@@ -36,6 +37,13 @@ std::vector<std::string> remarks_on(const Report& report) {
       text += " " + report.identification->why_attitude;
     }
     remarks.push_back(text);
+  }
+  for (const SessionRow& s : report.sessions) {
+    if (s.n_done == 0 || s.n_done >= s.n_points || s.plan == store::kReferencePlan) continue;
+    remarks.push_back(
+        fmt::format("session {} has measured {} of {} points: {}.", s.name, s.n_done, s.n_points,
+                    s.counts ? "its figures are of these alone"
+                             : "no figure is made of it, the last complete session stands"));
   }
   return remarks;
 }

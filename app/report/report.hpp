@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/report/story.hpp"
+#include "core/judge/seen.hpp"
 #include "core/statistics/summary.hpp"
 
 namespace trammel::report {
@@ -37,18 +38,21 @@ struct PointError {
 
 /// Errors of the same poses before and after a correction, mm or deg.
 struct ErrorTable {
-  std::string id = {};           // "lsq-80-position"
-  std::string method = {};       // "lsq"
-  std::string figure = {};       // "position", "attitude"
-  std::string unit = {};         // "mm", "deg"
-  std::string set = {};          // "identify", "validate"
-  bool in_sample = false;        // judged on the poses that were fitted
+  std::string id = {};                   // "lsq-80-position"
+  std::string method = {};               // "lsq"
+  std::string figure = {};               // "position", "attitude"
+  std::string unit = {};                 // "mm", "deg"
+  std::string set = {};                  // "identify", "validate"
+  Standing standing = Standing::unseen;  // to the fit
   bool after_predicted = false;  // by the correction from the readings before; else measured again
   Summary before = {};
   Summary after = {};
+  std::optional<double> improvement_pct = {};  // none where the fit cannot know the epoch
   std::optional<PaperFigures> paper = {};
   std::vector<PointError> points = {};  // in the order of measurement
   std::optional<Demand> demand = {};    // position of the model, where the noise floor is known
+
+  [[nodiscard]] bool in_sample() const { return standing == Standing::fitted; }
 };
 
 /// Two methods on the same baseline readings, point by point: positive when `a` leaves more.
@@ -74,10 +78,12 @@ struct CircleRow {
 struct CircleTable {
   std::string method = {};  // whose correction "after" had
   bool after_predicted = false;
-  Summary before = {};  // position errors of all points, mm
-  Summary after = {};
-  std::vector<CircleRow> rows = {};
+  std::vector<ErrorTable> errors = {};  // position, a table for each standing that it has
+  std::vector<CircleRow> rows = {};     // of all points
 };
+
+/// The errors at the points that the fit has not seen, where there are any; else the first table.
+const ErrorTable& most_unseen(const CircleTable& circles);
 
 /// Mean of the absolute deviations over the circles, as the paper's Table XI has them.
 CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation CircleRow::*side);
@@ -91,7 +97,7 @@ struct SimulationRow {
 
 /// Forward kinematics with the identified values against measurement (the paper's Figs. 7, 8).
 struct SimulationTable {
-  bool in_sample = false;
+  Standing standing = Standing::unseen;
   SimulationRow all = {};
   double left_max_mm = 0;
   std::vector<SimulationRow> rings = {};
@@ -133,7 +139,8 @@ struct NetworkFit {
 
 struct SessionRow {
   std::string name, plan, compensation;
-  int n_points = 0, n_readings = 0, n_epochs = 0;
+  int n_points = 0, n_done = 0, n_readings = 0, n_epochs = 0;  // n_points: 0 without a plan
+  bool counts = true;                                          // figures are made of it
 };
 struct JobRow {
   long long id = 0;
@@ -152,6 +159,7 @@ struct Report {
   int n_excluded = 0;
   std::vector<ErrorTable> tables = {};
   std::optional<Contest> contest = {};
+  std::string picked = {};  // by a contest of all methods over blocks of the fitted points
   std::optional<CircleTable> circles = {};
   std::optional<Identification> identification = {};
   std::vector<SimulationTable> simulation = {};

@@ -29,17 +29,18 @@ Json paper_json(const PaperFigures& paper) {
       {"improvement_pct", 100 * (1 - paper.after_mean / paper.before_mean)}};
 }
 
-Json before_after_json(const Summary& before, const Summary& after, bool predicted) {
-  return {{"before", summary_json(before)},
-          {"after", summary_json(after)},
-          {"after_is", predicted ? "predicted" : "measured"},
-          {"improvement_pct", optional_json(improvement_pct(before, after))}};
+Json before_after_json(const ErrorTable& table) {
+  return {{"before", summary_json(table.before)},
+          {"after", summary_json(table.after)},
+          {"after_is", table.after_predicted ? "predicted" : "measured"},
+          {"improvement_pct", optional_json(table.improvement_pct)}};
 }
 
 Json table_json(const ErrorTable& table) {
   Json json = {{"id", table.id},     {"method", table.method}, {"figure", table.figure},
-               {"unit", table.unit}, {"set", table.set},       {"in_sample", table.in_sample}};
-  json.update(before_after_json(table.before, table.after, table.after_predicted));
+               {"unit", table.unit}, {"set", table.set},       {"in_sample", table.in_sample()}};
+  json["judged"] = name_of(table.standing);
+  json.update(before_after_json(table));
   if (table.paper) json["paper"] = paper_json(*table.paper);
   if (table.demand) {
     json["demand"] = {{"improvement_pct_at_least", table.demand->improvement_pct},
@@ -55,9 +56,16 @@ Json deviation_json(const CircleDeviation& d) {
 }
 
 Json circles_json(const CircleTable& circles) {
+  const ErrorTable& errors = most_unseen(circles);
   Json json = {{"id", "circles"}, {"method", circles.method}, {"figure", "position"},
-               {"unit", "mm"},    {"set", "validate"},        {"in_sample", false}};
-  json.update(before_after_json(circles.before, circles.after, circles.after_predicted));
+               {"unit", "mm"},    {"set", errors.set},        {"in_sample", errors.in_sample()}};
+  json["judged"] = name_of(errors.standing);
+  json.update(before_after_json(errors));
+  for (const ErrorTable& other : circles.errors) {
+    if (&other == &errors) continue;
+    json["others"].push_back(before_after_json(other));
+    json["others"].back()["judged"] = name_of(other.standing);
+  }
   json["circles"] = Json::array();
   for (const CircleRow& row : circles.rows) {
     json["circles"].push_back({{"name", row.name},
@@ -122,6 +130,7 @@ Json origin_json(const Report& report) {
                         {"plan", s.plan},
                         {"compensation", s.compensation},
                         {"n_points", s.n_points},
+                        {"n_done", s.n_done},
                         {"n_readings", s.n_readings},
                         {"n_epochs", s.n_epochs}});
   }

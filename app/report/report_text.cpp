@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "app/files/numbers.hpp"
 #include "app/report/methods.hpp"
@@ -9,6 +10,7 @@
 #include "app/report/simulation.hpp"
 #include "app/terminal/lines.hpp"
 #include "app/terminal/text.hpp"
+#include "core/statistics/bootstrap.hpp"
 
 namespace trammel::report {
 
@@ -59,10 +61,9 @@ std::string figure_tables(const Report& report, const std::string& figure, bool 
       text += row("", "", "", "before", "after", "", narrow);
       text += row("method", "judged", "n", numbers, numbers, "change", narrow);
     }
-    text += row(table.method + (table.after_predicted ? " *" : ""),
-                table.in_sample ? "in-sample" : "held-out", std::to_string(table.before.n),
-                error_columns(table.before, narrow), error_columns(table.after, narrow),
-                percent(improvement_pct(table.before, table.after)), narrow);
+    text += row(table.method + (table.after_predicted ? " *" : ""), name_of(table.standing),
+                std::to_string(table.before.n), error_columns(table.before, narrow),
+                error_columns(table.after, narrow), percent(table.improvement_pct), narrow);
     if (table.paper) text += paper_row(*table.paper, narrow);
   }
   const auto& floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
@@ -75,9 +76,16 @@ std::string figure_tables(const Report& report, const std::string& figure, bool 
 std::string notes(const Report& report) {
   bool predicted = false;
   for (const ErrorTable& table : report.tables) predicted = predicted || table.after_predicted;
+  bool new_epoch = false;
+  for (const ErrorTable& table : report.tables) {
+    new_epoch = new_epoch || table.standing == Standing::unknown_epoch;
+  }
   std::string text =
       "\nin-sample: the points that were fitted judge the fit. held-out: points no fit has "
       "seen.\n" +
+      std::string(new_epoch ? "new epoch: homed or framed anew since the fit, which these points "
+                              "cannot judge.\n"
+                            : "") +
       terminal::wrapped("noise floor: what a perfect robot reads on average; " + report.noise +
                         ".");
   if (predicted) {
@@ -103,12 +111,11 @@ std::string demand_text(const Report& report) {
           "({:.4f} mm)\n",
           d.improvement_pct, d.floor_ratio, d.floor_ratio * *report.floor_mean_mm);
     }
-    text += fmt::format("  {} points, {}, {}: {}, {:.2f} x the floor: {}\n", table.before.n,
-                        table.in_sample ? "in-sample" : "held-out",
-                        table.after_predicted ? "predicted" : "measured again",
-                        percent(improvement_pct(table.before, table.after)),
-                        table.after.mean / *report.floor_mean_mm,
-                        d.reached ? "reached" : "not reached");
+    text +=
+        fmt::format("  {} points, {}, {}: {}, {:.2f} x the floor: {}\n", table.before.n,
+                    name_of(table.standing), table.after_predicted ? "predicted" : "measured again",
+                    percent(table.improvement_pct), table.after.mean / *report.floor_mean_mm,
+                    d.reached ? "reached" : "not reached");
   }
   return text.empty() ? text : "\n" + text;
 }
@@ -131,9 +138,9 @@ std::string deviation_columns(const CircleDeviation& d) {
 }
 
 std::string circles_text(const CircleTable& circles) {
-  std::string text = terminal::heading(
-      fmt::format("Circles [mm], held-out, after: {}{}", method_words(circles.method),
-                  circles.after_predicted ? ", predicted" : ", measured again"));
+  std::string text =
+      terminal::heading(fmt::format("Circles [mm], after: {}{}", method_words(circles.method),
+                                    circles.after_predicted ? ", predicted" : ", measured again"));
   text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "", "", "before", "after");
   const std::string names = fmt::format("{:>8} {:>8} {:>8}", "centre x", "centre y", "radius");
   text += fmt::format("{:<27} {:>3}  {}    {}\n", "deviation of", "n", names, names);
@@ -148,9 +155,11 @@ std::string circles_text(const CircleTable& circles) {
                       deviation_columns(mean_deviation(circles, &CircleRow::after)));
   text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "  paper, XI", "", "",
                       deviation_columns(kPaperCircles));
-  text += fmt::format("position error of all points: mean {:.4f} -> {:.4f} mm, {}\n",
-                      circles.before.mean, circles.after.mean,
-                      percent(improvement_pct(circles.before, circles.after)));
+  for (const ErrorTable& e : circles.errors) {
+    text += fmt::format("position error of {} points, {}: mean {:.4f} -> {:.4f} mm{}\n", e.before.n,
+                        name_of(e.standing), e.before.mean, e.after.mean,
+                        e.improvement_pct ? ", " + percent(e.improvement_pct) : "");
+  }
   return text;
 }
 
@@ -215,9 +224,10 @@ std::string origin_text(const Report& report) {
   std::size_t width = 0;
   for (const SessionRow& s : report.sessions) width = std::max(width, printable(s.name).size());
   for (const SessionRow& s : report.sessions) {
-    text += fmt::format("session {:<{}} {:>4} readings  {:<16} {}\n", printable(s.name), width,
-                        s.n_readings, printable(s.plan),
-                        s.compensation.empty() ? "baseline" : "after " + s.compensation);
+    text += fmt::format(
+        "session {:<{}} {:>4} readings  {:<16} {}{}\n", printable(s.name), width, s.n_readings,
+        printable(s.plan), s.compensation.empty() ? "baseline" : "after " + s.compensation,
+        s.n_done < s.n_points ? fmt::format(", {} of {} points", s.n_done, s.n_points) : "");
   }
   for (const JobRow& j : report.jobs) {
     text += fmt::format("job {:>3} {:<24} {}\n", j.id, j.stage, j.key.substr(0, 16));
@@ -242,13 +252,49 @@ CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation Circl
   return sum;
 }
 
+const ErrorTable& most_unseen(const CircleTable& circles) {
+  const auto unseen = std::ranges::find(circles.errors, Standing::unseen, &ErrorTable::standing);
+  return unseen != circles.errors.end() ? *unseen : circles.errors.front();
+}
+
+namespace {
+
+/// Less where the method comes first, by a rule that does not look at what is left of the errors.
+int rank_of(const Report& report, const std::string& method) {
+  const bool explained = !report.story.empty() && report.story.back().verdict == "explained";
+  if (method == "contest") return 0;
+  if (method == kModel && explained) return 1;
+  return method == "lsq" ? 2 : 3;
+}
+
+/// More where a reader should look first.
+auto worth(const Report& report, const ErrorTable& table) {
+  return std::tuple(table.standing == Standing::unseen, table.standing == Standing::fitted,
+                    !table.after_predicted, -rank_of(report, table.method), table.before.n);
+}
+
+std::string words_for(const Report& report, const ErrorTable& best) {
+  if (best.method == "contest" && !report.picked.empty()) {
+    return report.picked + ", the contest's pick,";
+  }
+  return method_words(best.method);
+}
+
+std::string doubt(const Report& report, const ErrorTable& best) {
+  if (best.method != kModel || report.story.empty()) return "";
+  const StoryRound& last = report.story.back();
+  if (last.verdict == "explained" && last.rivals.empty()) return "";
+  return last.verdict == "explained" ? " Other sets of effects explain the readings about as well."
+                                     : fmt::format(" The diagnosis itself ends {}.", last.verdict);
+}
+
+}  // namespace
+
 const ErrorTable* best_table(const Report& report) {
   const ErrorTable* best = nullptr;
   for (const ErrorTable& table : report.tables) {
     if (table.figure != "position") continue;
-    const bool better = best == nullptr || (best->in_sample && !table.in_sample) ||
-                        (best->in_sample == table.in_sample && table.after.mean < best->after.mean);
-    if (better) best = &table;
+    if (best == nullptr || worth(report, *best) < worth(report, table)) best = &table;
   }
   return best;
 }
@@ -256,16 +302,36 @@ const ErrorTable* best_table(const Report& report) {
 std::string verdict(const Report& report) {
   const ErrorTable* best = best_table(report);
   if (best == nullptr) {
-    return fmt::format("{} readings, no calibration yet.", report.n_readings);
+    return fmt::format("{} readings, {}.", report.n_readings,
+                       report.jobs.empty() ? "no calibration yet"
+                                           : "and none that judges a calibration: what a map was "
+                                             "fitted to says nothing of it");
   }
+  if (best->standing == Standing::unknown_epoch) {
+    return fmt::format(
+        "{} readings, and none that judges {}: {} points were measured in an epoch that it knows "
+        "nothing of.",
+        report.n_readings, method_words(best->method), best->before.n);
+  }
+  std::vector<double> before, after;
+  for (const PointError& p : best->points) {
+    before.push_back(p.before);
+    after.push_back(p.after);
+  }
+  const auto interval = improvement_interval_pct(before, after);
   return fmt::format(
-      "On {} {} points {} brings the mean position error from {:.4f} to {:.4f} mm ({}, {}){}.",
-      best->before.n, best->in_sample ? "fitted" : "unseen", method_words(best->method),
-      best->before.mean, best->after.mean, percent(improvement_pct(best->before, best->after)),
+      "On {} {} points {} brings the mean position error from {:.4f} to {:.4f} mm ({}{}{}){}.{}",
+      best->before.n, best->in_sample() ? "fitted" : "unseen", words_for(report, *best),
+      best->before.mean, best->after.mean,
+      best->improvement_pct ? percent(best->improvement_pct) + ", " : "",
+      interval
+          ? fmt::format("95 % interval {:+.1f} to {:+.1f} %, ", -interval->high, -interval->low)
+          : "",
       best->after_predicted ? "predicted" : "measured again",
       report.floor_mean_mm
           ? fmt::format("; a perfect robot would read {:.4f} mm", *report.floor_mean_mm)
-          : "");
+          : "",
+      doubt(report, *best));
 }
 
 std::string to_text(const Report& report, const Page& page) {

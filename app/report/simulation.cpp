@@ -50,14 +50,13 @@ Json row_json(const SimulationRow& row) {
 
 }  // namespace
 
-SimulationTable simulation_table(const Measured& measured, const Group& group,
-                                 const store::Job& job, bool in_sample) {
+SimulationTable simulation_table(const Measured& measured, const Comparison& comparison) {
   std::vector<Reading> readings;
-  for (const Visit* visit : group.visits) readings.push_back(visit->reading);
+  for (const Pair& pair : comparison.paired.pairs) readings.push_back(pair.before->reading);
   const std::vector<SimulatedError> errors = simulated_errors(
-      job::correction_of(job.data.result_json), measured.campaign.mechanism, readings);
+      job::correction_of(comparison.job->data.result_json), measured.campaign.mechanism, readings);
   const double width = ring_width_mm(errors);
-  SimulationTable table{.in_sample = in_sample};
+  SimulationTable table{.standing = comparison.standing};
   for (double from = 0; from < 5 * width; from += width) {
     std::vector<SimulatedError> ring;
     for (const SimulatedError& e : errors) {
@@ -82,7 +81,7 @@ std::string simulation_text(const std::vector<SimulationTable>& tables) {
   text += fmt::format("{:<26} {:>4}   {:>8}   {:>8}  {:>9}\n", "", "n", "measured", "simulated",
                       "left");
   for (const SimulationTable& table : tables) {
-    text += line(table.in_sample ? "in-sample, all" : "held-out, all", table.all);
+    text += line(fmt::format("{}, all", name_of(table.standing)), table.all);
     for (const SimulationRow& ring : table.rings) {
       text += line(fmt::format("  to {:g} mm", ring.to_mm), ring);
     }
@@ -93,7 +92,8 @@ std::string simulation_text(const std::vector<SimulationTable>& tables) {
 Json simulation_json(const std::vector<SimulationTable>& tables) {
   Json all = Json::array();
   for (const SimulationTable& table : tables) {
-    Json json = {{"in_sample", table.in_sample},
+    Json json = {{"in_sample", table.standing == Standing::fitted},
+                 {"judged", name_of(table.standing)},
                  {"unit", "mm"},
                  {"n", table.all.n},
                  {"measured_mean_mm", table.all.measured_mm},

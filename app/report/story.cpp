@@ -63,13 +63,18 @@ bool within(const std::vector<store::Id>& some, const std::vector<store::Id>& al
 /// Counts the readings of each session that the job used, by what they were used for.
 void add_points(StoryRound& round, const Measured& measured, const store::Job& job,
                 const std::vector<store::Id>& known) {
+  const Seen seen = seen_by(measured, job);
   for (const Walk& walk : measured.walks) {
     if (!within({walk.session.id}, job.data.sessions)) continue;
     const auto n_identify =
         static_cast<int>(std::count_if(walk.visits.begin(), walk.visits.end(), [](const Visit& v) {
           return v.reading.set == ReadingSet::identify;
         }));
-    const int n_validate = static_cast<int>(walk.visits.size()) - n_identify;
+    const auto n_validate =
+        static_cast<int>(std::count_if(walk.visits.begin(), walk.visits.end(), [&](const Visit& v) {
+          return v.reading.set == ReadingSet::validate &&
+                 seen.standing(v.reading) == Standing::unseen;
+        }));
     if (n_identify > 0 && !within({walk.session.id}, known)) {
       round.fitted.push_back({walk.session.name, n_identify});
     }

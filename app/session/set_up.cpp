@@ -39,7 +39,7 @@ store::NewSession reference_session(const Course& course, store::Connection& con
     session.name = fmt::format("{}, reference {}", course.session.name, number++);
   } while (store::find_session(connection, course.campaign.id, session.name));
   session.compensation_job = course.session.compensation_job;
-  session.plan_name = "reference points";
+  session.plan_name = store::kReferencePlan;
   session.stage = course.session.stage;
   session.tracker = course.session.tracker;
   int seq = 0;
@@ -185,7 +185,7 @@ bool Runner::set_up(bool resuming, bool new_set_up) {
     fail("the set-up has moved: " + visit.off, ExitCode::safety_stop);
     return false;
   }
-  epoch_.id = store::add_epoch(connection_, id, visit.epoch, "resume, reference points hold");
+  epoch_.id = store::add_epoch(connection_, id, visit.epoch, store::kReferencesHold);
   epoch_.number = visit.epoch;
   return true;
 }

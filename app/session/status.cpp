@@ -18,7 +18,6 @@ namespace {
 
 constexpr double kLeastStallS = 60;
 constexpr double kStallPoints = 5;  // of the usual time per point
-constexpr const char* kReferencePlan = "reference points";
 
 int digits(const std::string& text, std::size_t at, std::size_t n) {
   int value = -1;
@@ -199,7 +198,7 @@ SessionStatus status_of(store::Connection& connection, const store::CampaignRow&
   take_events(store::events(connection, row->id), *row, status);
   const First first = take_deviations(connection, campaign.id, row->id, attempts, status);
   for (const store::SessionRow& visit : store::list_sessions(connection, campaign.id)) {
-    if (visit.plan_name != kReferencePlan) continue;
+    if (visit.plan_name != store::kReferencePlan) continue;
     if (visit.name.starts_with(session + ", reference ")) {
       take_drift(connection, visit, first, status);
     }

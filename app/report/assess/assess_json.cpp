@@ -71,7 +71,8 @@ Json judged_json(const Judged& j) {
   }
   Json json = {{"session", j.session},
                {"set", j.set},
-               {"in_sample", j.in_sample},
+               {"in_sample", j.in_sample()},
+               {"judged", name_of(j.standing)},
                {"cross_validated", j.cross_validated},
                {"after_is", j.predicted ? "predicted" : "measured"},
                {"before_mm", summary_json(j.before_mm)},

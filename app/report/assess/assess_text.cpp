@@ -77,11 +77,10 @@ std::string judged_text(const Judged& j) {
       "  {} ({}), {}, after {}: mean {:.4f} -> {:.4f} mm, 95 % {:.4f} -> {:.4f}, max {:.4f} -> "
       "{:.4f}, n = {}\n",
       terminal::printable(j.session), j.set,
-      j.in_sample         ? "in-sample"
-      : j.cross_validated ? "held-out by cross-validation"
-                          : "held-out",
+      j.cross_validated ? "held-out by cross-validation" : name_of(j.standing),
       j.predicted ? "predicted" : "measured", j.before_mm.mean, j.after_mm.mean, j.before_mm.p95,
       j.after_mm.p95, j.before_mm.max, j.after_mm.max, j.after_mm.n);
+  if (j.standing == Standing::unknown_epoch) return text;
   if (j.improvement_pct) text += fmt::format("    improvement {:.1f} %", *j.improvement_pct);
   if (j.improvement_95_pct) {
     text += fmt::format(", 95 % interval {:.1f} to {:.1f} % (paired bootstrap)",

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "app/job/held_out.hpp"
 #include "app/job/run.hpp"
 #include "app/report/assess/uncertainty.hpp"
-#include "app/report/measured.hpp"
+#include "app/report/methods.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
@@ -45,7 +46,7 @@ Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noi
                  const std::optional<double>& floor_mm) {
   std::vector<Reading> readings;
   std::vector<double> position, attitude;
-  for (const report::Visit& visit : walk.visits) {
+  for (const Visit& visit : walk.visits) {
     const Reading& r = visit.reading;
     readings.push_back(r);
     position.push_back(position_error_mm(*r.measured, r.target));
@@ -101,31 +102,26 @@ struct Pairs {
   }
 };
 
-bool fitted_by(const store::Job& job, const report::Group& group) {
-  const auto& ids = job.data.sessions;
-  return group.set == ReadingSet::identify &&
-         std::find(ids.begin(), ids.end(), group.walk->session.id) != ids.end();
-}
-
 std::vector<Pairs> stored_pairs(const report::Measured& measured, const store::Job& job,
                                 const std::vector<report::Group>& groups) {
   std::vector<Pairs> all;
+  const Seen seen = report::seen_by(measured, job);
   for (const report::Group& group : groups) {
-    const report::Paired paired = report::paired(measured, group, job);
-    if (paired.pairs.empty()) continue;
-    Pairs pairs;
-    Judged& judged = pairs.judged;
-    judged.session = group.walk->session.name;
-    judged.set = group.circles                       ? "circles"
-                 : group.set == ReadingSet::identify ? "identify"
-                                                     : "validate";
-    judged.in_sample = fitted_by(job, group);
-    judged.predicted = paired.predicted;
-    for (const report::Pair& pair : paired.pairs) {
-      pairs.before.push_back(&pair.before->reading);
-      pairs.after.push_back(pair.after);
+    for (const report::Comparison& c : report::judged(measured, group, job, seen)) {
+      Pairs pairs;
+      Judged& judged = pairs.judged;
+      judged.session = group.walk->session.name;
+      judged.set = group.circles                       ? "circles"
+                   : group.set == ReadingSet::identify ? "identify"
+                                                       : "validate";
+      judged.standing = c.standing;
+      judged.predicted = c.paired.predicted;
+      for (const report::Pair& pair : c.paired.pairs) {
+        pairs.before.push_back(&pair.before->reading);
+        pairs.after.push_back(pair.after);
+      }
+      all.push_back(std::move(pairs));
     }
-    all.push_back(std::move(pairs));
   }
   return all;
 }
@@ -163,26 +159,30 @@ double covered_pct(const Pairs& pairs, double sigma_mm) {
 
 void judge(Pairs& pairs, const PointUncertainty& uncertainty, const Range& range,
            const std::optional<double>& floor_mm) {
-  std::vector<double> before, after;
+  std::vector<BeforeAfter> points;
   for (std::size_t k = 0; k < pairs.before.size(); ++k) {
     const Reading& r = *pairs.before[k];
-    before.push_back(position_error_mm(*r.measured, r.target));
-    after.push_back(position_error_mm(pairs.after[k], r.target));
+    points.push_back({r.target, *r.measured, pairs.after[k]});
+  }
+  const Errors errors = errors_in(Figure::position_mm, points);
+  for (std::size_t k = 0; k < pairs.before.size(); ++k) {
+    const Reading& r = *pairs.before[k];
     const Expanded U = uncertainty.of(r);
     pairs.judged.points.push_back(
         {.seq = r.seq,
          .target = r.target,
-         .before_mm = before.back(),
-         .after_mm = after.back(),
+         .before_mm = errors.before[k],
+         .after_mm = errors.after[k],
          .U_mm = U.U_mm,
          .U_rad = U.U_rad,
          .outside = !range.holds_place(r.target) || !range.holds_phi(r.target)});
   }
   Judged& j = pairs.judged;
-  j.before_mm = summarise(before);
-  j.after_mm = summarise(after);
-  j.improvement_pct = improvement_pct(j.before_mm, j.after_mm);
-  j.improvement_95_pct = improvement_interval_pct(before, after);
+  j.before_mm = errors.summary_before;
+  j.after_mm = errors.summary_after;
+  if (j.standing == Standing::unknown_epoch) return;
+  j.improvement_pct = errors.improvement_pct;
+  j.improvement_95_pct = improvement_interval_pct(errors.before, errors.after);
   j.verdict = verdict(j.after_mm.mean, floor_mm);
 }
 
@@ -193,6 +193,12 @@ void warn(const Pairs& pairs, const Range& range, std::vector<std::string>& warn
     phi += range.holds_phi(r->target) ? 0 : 1;
   }
   const Judged& j = pairs.judged;
+  if (j.standing == Standing::unknown_epoch) {
+    std::set<int> epochs;
+    for (const Reading* r : pairs.before) epochs.insert(r->conditions.epoch);
+    warnings.push_back(fmt::format("{} points of {} ({}) {}", pairs.before.size(), j.session, j.set,
+                                   job::new_epoch_words({epochs.begin(), epochs.end()})));
+  }
   if (place > 0) {
     warnings.push_back(fmt::format(
         "{} of {} points of {} ({}) lie outside the convex hull of the measured points: there the "
@@ -213,7 +219,7 @@ std::string whence(const std::vector<Pairs>& all, std::vector<Pose>& errors,
                    std::vector<const Reading*>& readings) {
   std::string names;
   for (const Pairs& p : all) {
-    if (p.judged.in_sample) continue;
+    if (p.judged.standing != Standing::unseen) continue;
     const std::vector<Pose> own = p.errors();
     errors.insert(errors.end(), own.begin(), own.end());
     readings.insert(readings.end(), p.before.begin(), p.before.end());
@@ -240,8 +246,8 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
     return !session.empty() && g.walk->session.name != session;
   });
   std::vector<Pairs> all = stored_pairs(measured, job, groups);
-  const bool any_held_out =
-      std::ranges::any_of(all, [](const Pairs& p) { return !p.judged.in_sample; });
+  const bool any_held_out = std::ranges::any_of(
+      all, [](const Pairs& p) { return p.judged.standing == Standing::unseen; });
   JobAssessment out;
   out.id = job.id;
   out.stage = job.data.stage;
@@ -277,7 +283,8 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
   out.uncertainty_from = uncertainty->basis;
   for (Pairs& pairs : all) {
     judge(pairs, *uncertainty, range, floor_mm);
-    if (!pairs.judged.in_sample) pairs.judged.covered_pct = covered_pct(pairs, beside_mm);
+    if (pairs.judged.standing == Standing::unseen)
+      pairs.judged.covered_pct = covered_pct(pairs, beside_mm);
     warn(pairs, range, out.warnings);
     out.sets.push_back(std::move(pairs.judged));
   }

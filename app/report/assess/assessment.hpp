@@ -8,6 +8,7 @@
 
 #include "core/judge/iso230.hpp"
 #include "core/judge/iso9283.hpp"
+#include "core/judge/seen.hpp"
 #include "core/statistics/bootstrap.hpp"
 #include "core/statistics/summary.hpp"
 #include "store/campaign.hpp"
@@ -34,7 +35,7 @@ struct Point {
 /// Points of one session and set before and after the job's correction.
 struct Judged {
   std::string session, set;
-  bool in_sample = false;
+  Standing standing = Standing::unseen;
   bool predicted = false;        // after is predicted, not measured again
   bool cross_validated = false;  // each point under a correction fitted without its block
   Summary before_mm, after_mm;
@@ -44,6 +45,8 @@ struct Judged {
   std::vector<Point> points;
   /// Held-out: coordinates of place within U (k = 2) and the reading's noise; 95 is expected.
   std::optional<double> covered_pct;
+
+  [[nodiscard]] bool in_sample() const { return standing == Standing::fitted; }
 };
 
 struct JobAssessment {

@@ -146,16 +146,8 @@ PointUncertainty widened(const PointUncertainty& of, std::span<const Reading* co
 }
 
 PointUncertainty held_out_uncertainty(std::span<const Pose> errors, const std::string& whence) {
-  TRAMMEL_ASSERT(!errors.empty());
-  double place = 0, phi = 0;
-  for (const Pose& e : errors) {
-    place += e.x_mm * e.x_mm + e.y_mm * e.y_mm;
-    phi += e.phi_rad * e.phi_rad;
-  }
-  const auto n = static_cast<double>(errors.size());
-  const Expanded same{2 * std::sqrt(place / (2 * n)), 2 * std::sqrt(phi / n)};
   return {"the residuals of " + whence + " (the same at every point, a reading's noise included)",
-          [same](const Reading&) { return same; }};
+          [same = expanded_from(errors)](const Reading&) { return same; }};
 }
 
 }  // namespace trammel::assess

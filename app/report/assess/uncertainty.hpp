@@ -7,14 +7,9 @@
 #include <string>
 
 #include "core/calibrate/correction.hpp"
+#include "core/judge/before_after.hpp"
 
 namespace trammel::assess {
-
-/// U (k = 2) of one corrected point: of a coordinate of place in its worst direction, and of phi.
-struct Expanded {
-  double U_mm = 0;
-  double U_rad = 0;
-};
 
 /// How U comes about, in words, and U of the target of a reading.
 struct PointUncertainty {
@@ -38,8 +33,7 @@ std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
 PointUncertainty widened(const PointUncertainty& of, std::span<const Reading* const> readings,
                          std::span<const Pose> errors, const TrackerSigma& sigma);
 
-/// From held-out errors (measured less target, after correction): twice their root mean square a
-/// coordinate, the same everywhere, noise of the readings included.
+/// From held-out errors alone (expanded_from): the same everywhere.
 PointUncertainty held_out_uncertainty(std::span<const Pose> errors, const std::string& whence);
 
 }  // namespace trammel::assess

@@ -42,18 +42,19 @@ std::string deviation_words(const CircleDeviation& d) {
 Json circle_section(const Source& source) {
   const char* title = "Circles, deviations magnified (the paper's Fig. 20)";
   Json items = Json::array();
-  if (!source.circles || !source.report.circles) {
+  if (source.circles.empty() || !source.report.circles) {
     items.push_back(absent("circles", title, "This campaign has no points on circles."));
     return section("circles", "Circles", items);
   }
-  const Comparison& c = *source.circles;
   std::map<std::string, std::vector<const Pair*>> by_role;
   double largest = 0, radius = 0;
-  for (const Pair& pair : c.paired.pairs) {
-    const Pose& target = pair.before->reading.target;
-    by_role[pair.before->role].push_back(&pair);
-    largest = std::max({largest, position_error_mm(*pair.before->reading.measured, target),
-                        position_error_mm(pair.after, target)});
+  for (const Comparison& c : source.circles) {
+    for (const Pair& pair : c.paired.pairs) {
+      const Pose& target = pair.before->reading.target;
+      by_role[pair.before->role].push_back(&pair);
+      largest = std::max({largest, position_error_mm(*pair.before->reading.measured, target),
+                          position_error_mm(pair.after, target)});
+    }
   }
   for (const CircleRow& row : source.report.circles->rows) radius = std::max(radius, row.radius_mm);
   const double factor = magnification(largest, kWanted * radius);
@@ -64,8 +65,13 @@ Json circle_section(const Source& source) {
         {row.name, fmt::format("({:g}, {:g}) R {:g}", row.x_mm, row.y_mm, row.radius_mm),
          std::to_string(row.n), deviation_words(row.before), deviation_words(row.after)}));
   }
-  const std::string judged = fmt::format("held-out, after: {}, {}", method_words(method_of(*c.job)),
-                                         c.paired.predicted ? "predicted" : "measured again");
+  std::string judged;
+  for (const Comparison& c : source.circles) {
+    judged += fmt::format("{} points {}, ", c.paired.pairs.size(), name_of(c.standing));
+  }
+  const Comparison& first = source.circles.front();
+  judged += fmt::format("after: {}, {}", method_words(method_of(*first.job)),
+                        first.paired.predicted ? "predicted" : "measured again");
   items.push_back(
       figure({"circles", title,
               fmt::format("{}. Each point is drawn {:g} times as far from its target as it was.",

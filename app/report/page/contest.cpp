@@ -18,7 +18,7 @@ Json bar(const Comparison& c) {
     after.push_back(position_error_mm(pair.after, pair.before->reading.target));
   }
   Json json = {{"method", method_of(*c.job) + (c.paired.predicted ? " *" : "")},
-               {"judged", c.in_sample ? "in-sample" : "held-out"},
+               {"judged", name_of(c.standing)},
                {"n", after.size()},
                {"before", drawn(summarise(before).mean)},
                {"after", drawn(summarise(after).mean)}};

@@ -31,9 +31,9 @@ Json simulated(const Source& source, const Comparison& c) {
   const std::string id = "simulated-" + id_of(source, c);
   const std::string title =
       fmt::format("Simulated against measured error: {}{}", words_of(c),
-                  c.job->data.stage == "lsq" && c.in_sample ? " (the paper's Fig. 8)" : "");
+                  c.job->data.stage == "lsq" && c.in_sample() ? " (the paper's Fig. 8)" : "");
   std::vector<Reading> readings;
-  for (const Visit* visit : c.group->visits) readings.push_back(visit->reading);
+  for (const Pair& pair : c.paired.pairs) readings.push_back(pair.before->reading);
   Json measured = Json::array(), simulation = Json::array();
   try {
     for (const SimulatedError& e : simulated_errors(job::correction_of(c.job->data.result_json),
@@ -49,7 +49,7 @@ Json simulated(const Source& source, const Comparison& c) {
       {id, title,
        fmt::format("{} readings before any compensation, {}. Each coordinate of the error "
                    "as the tracker read it and as the robot of this fit shows it{}.",
-                   measured.size(), c.in_sample ? "in-sample" : "held-out",
+                   measured.size(), name_of(c.standing),
                    floor ? fmt::format("; the noise of one coordinate is {:.4f} mm "
                                        "(one standard deviation)",
                                        *floor / std::sqrt(kPi / 2))
@@ -110,15 +110,14 @@ Json network_figure(const Source& source) {
   const auto* map = std::get_if<MapCorrection>(&correction);
   if (map == nullptr) return absent("network", title, "This job's correction is not a map.");
   std::vector<Reading> seen, unseen;
-  for (const Comparison& c : source.comparisons) {
-    if (c.job->id != rbf->second.id) continue;
-    for (const Visit* v : c.group->visits) {
-      if (!c.in_sample) unseen.push_back(v->reading);
-    }
-  }
+  const Seen fitted = seen_by(source.measured, rbf->second);
   for (const Group& group : source.groups) {
-    if (group.circles || !fitted(rbf->second, group)) continue;
-    for (const Visit* v : group.visits) seen.push_back(v->reading);
+    if (group.circles) continue;
+    for (const Visit* v : group.visits) {
+      const Standing standing = fitted.standing(v->reading);
+      if (standing == Standing::fitted) seen.push_back(v->reading);
+      if (standing == Standing::unseen) unseen.push_back(v->reading);
+    }
   }
   try {
     Json sets = Json::array({network_set(source, map->map, seen, "in-sample")});

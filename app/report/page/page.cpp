@@ -14,7 +14,7 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
   const std::vector<const store::Job*> methods = in_order(jobs);
   const std::vector<Group> groups = baseline_groups(measured);
   const std::vector<Comparison> compared = comparisons(measured, groups, methods);
-  const std::optional<Comparison> circles = circle_comparison(measured, groups, methods);
+  const std::vector<Comparison> circles = circle_comparison(measured, groups, methods);
   const Source source{.connection = connection,
                       .campaign = campaign,
                       .measured = measured,

@@ -76,7 +76,6 @@ struct TargetSet {
   const char* name;
   bool (*holds)(const Visit& visit);
 };
-bool on_circle(const Visit& v) { return v.role.starts_with("circle"); }
 constexpr TargetSet kSets[] = {
     {"identify (may be fitted)",
      [](const Visit& v) { return v.reading.set == ReadingSet::identify && !on_circle(v); }},

@@ -43,16 +43,16 @@ Json summary_row(const ErrorTable& t) {
   const auto numbers = [](const Summary& s) {
     return fmt::format("{:.4f} / {:.4f} / {:.4f} / {:.4f}", s.mean, s.max, s.min, s.p95);
   };
-  const auto better = improvement_pct(t.before, t.after);
   std::string paper = "-";
   if (t.paper) {
     paper = fmt::format("{}: {:.4f} to {:.4f}", t.paper->table, t.paper->before_mean,
                         t.paper->after_mean);
   }
-  return Json::array({t.method, t.figure, t.unit, t.in_sample ? "in-sample" : "held-out",
+  return Json::array({t.method, t.figure, t.unit, name_of(t.standing),
                       t.after_predicted ? "predicted" : "measured again",
                       std::to_string(t.before.n), numbers(t.before), numbers(t.after),
-                      better ? fmt::format("{:+.1f} %", -*better) : "-", paper});
+                      t.improvement_pct ? fmt::format("{:+.1f} %", -*t.improvement_pct) : "-",
+                      paper});
 }
 
 }  // namespace

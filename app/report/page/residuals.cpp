@@ -17,10 +17,14 @@ namespace {
 /// The readings a diagnosis used: fitted ones and those that only judge.
 std::vector<Reading> readings_of(const Source& source, const store::Job& job) {
   std::vector<Reading> readings;
+  const Seen seen = seen_by(source.measured, job);
   for (const Walk& walk : source.measured.walks) {
     const auto& used = job.data.sessions;
     if (std::find(used.begin(), used.end(), walk.session.id) == used.end()) continue;
-    for (const Visit& v : walk.visits) readings.push_back(v.reading);
+    for (const Visit& v : walk.visits) {
+      const bool judges = seen.standing(v.reading) == Standing::unseen;
+      if (judges || v.reading.set == ReadingSet::identify) readings.push_back(v.reading);
+    }
   }
   return readings;
 }

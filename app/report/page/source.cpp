@@ -4,20 +4,11 @@
 
 #include <algorithm>
 
+#include "app/report/print.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/units.hpp"
 
 namespace trammel::report {
-
-namespace {
-
-double mean_after_mm(const Comparison& c) {
-  double sum = 0;
-  for (const Pair& p : c.paired.pairs) sum += position_error_mm(p.after, p.before->reading.target);
-  return sum / static_cast<double>(c.paired.pairs.size());
-}
-
-}  // namespace
 
 std::string id_of(const Source& source, const Comparison& comparison) {
   const auto plain = [](const Comparison& c) {
@@ -32,25 +23,37 @@ std::string id_of(const Source& source, const Comparison& comparison) {
   return plain(comparison);
 }
 
+namespace {
+
+const char* standing_words(Standing standing) {
+  switch (standing) {
+    case Standing::fitted:
+      return "in-sample (the fit saw them)";
+    case Standing::unseen:
+      return "held-out (no fit saw them)";
+    case Standing::unknown_epoch:
+      return "of an epoch that the fit knows nothing of: they do not judge it";
+  }
+  return "";
+}
+
+}  // namespace
+
 std::string set_words(const Comparison& c) {
-  return fmt::format("{} points, {}, after {}", c.paired.pairs.size(),
-                     c.in_sample ? "in-sample (the fit saw them)" : "held-out (no fit saw them)",
+  return fmt::format("{} points, {}, after {}", c.paired.pairs.size(), standing_words(c.standing),
                      c.paired.predicted ? "predicted from the readings before" : "measured again");
 }
 
 std::string words_of(const Comparison& c) {
   return fmt::format("{}, {} points, {}", method_words(method_of(*c.job)), c.paired.pairs.size(),
-                     c.in_sample ? "in-sample" : "held-out");
+                     name_of(c.standing));
 }
 
 const Comparison* headline(const Source& source) {
-  const Comparison* best = nullptr;
-  for (const Comparison& c : source.comparisons) {
-    const bool better = best == nullptr || (best->in_sample && !c.in_sample) ||
-                        (best->in_sample == c.in_sample && mean_after_mm(c) < mean_after_mm(*best));
-    if (better) best = &c;
-  }
-  return best;
+  const ErrorTable* best = best_table(source.report);
+  if (best == nullptr) return nullptr;
+  // Each comparison has a table of position and one of attitude, in this order (gather.cpp).
+  return &source.comparisons[static_cast<std::size_t>(best - source.report.tables.data()) / 2];
 }
 
 double largest_error(const Source& source, bool position) {

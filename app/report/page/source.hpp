@@ -16,7 +16,7 @@ struct Source {
   const Jobs& jobs;
   const std::vector<Group>& groups;
   const std::vector<Comparison>& comparisons;
-  const std::optional<Comparison>& circles;
+  const std::vector<Comparison>& circles;  // one for each standing
   const Report& report;
 };
 

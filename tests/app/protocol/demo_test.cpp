@@ -166,7 +166,13 @@ TEST_CASE("the demo run twice gives bit-identical results", "[protocol]") {
   const Json json = Json::parse(report);
   REQUIRE(json.at("tables").back().at("id") == "circles");
   CHECK(json.at("tables").back().at("circles").size() == 4);
-  CHECK(json.at("tables").back().at("circles")[0].at("n") == 72);
+  const Json& circles = json.at("tables").back();
+  CHECK(circles.at("circles")[0].at("n") == 72);
+  // The four circles meet the star that was fitted in twelve points.
+  CHECK(circles.at("before").at("n") == 276);
+  REQUIRE(circles.at("others").size() == 1);
+  CHECK(circles.at("others")[0].at("judged") == "in-sample");
+  CHECK(circles.at("others")[0].at("before").at("n") == 12);
   check_model(json);
   check_story(json.at("story"));
   check_readme(first.out);

@@ -25,7 +25,7 @@ std::string calibrated(store::Connection& db, const std::string& stage,
 
 const assess::Judged& judged(const assess::Assessment& a, bool in_sample) {
   for (const assess::Judged& j : a.job->sets) {
-    if (j.in_sample == in_sample) return j;
+    if (j.in_sample() == in_sample) return j;
   }
   throw std::runtime_error("no such set");
 }

@@ -89,7 +89,7 @@ TEST_CASE("bars are as long as the errors, and each carries the noise floor", "[
   report.tables[1].after.mean = 0.0125;
   report.tables[1].after_predicted = true;
   report.tables.push_back(growing());
-  report.tables.back().in_sample = true;  // other points: no bar beside these
+  report.tables.back().standing = Standing::fitted;  // other points: no bar beside these
   const std::string bars = method_bars(report, report.tables[0], Glyphs::ascii);
   const auto lines = lines_of(bars);
   CAPTURE(bars);
