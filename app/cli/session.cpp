@@ -41,6 +41,7 @@ session::Surroundings surroundings(const Context& context) {
     return job::correction_of(db, job);
   };
   around.stop_signals = &session::stop_signals;
+  around.stopped_by = session::stop_signal_words;
   around.quiet = context.quiet;
   around.terminal = ::isatty(STDERR_FILENO) == 1;
   return around;
@@ -188,9 +189,12 @@ void policy_options(CLI::App& c, RunOptions& o) {
   c.add_option("--plan-check", o.request.plan_check,
                "record of `plan check --record`: asked for by a real stage")
       ->type_name("FILE");
-  c.add_option("--gate-mm", policy.gate_mm,
-               "stop where measured and commanded are farther apart, mm")
-      ->capture_default_str();
+  c.add_option(
+      "--gate-mm", policy.gate_mm,
+      "stop where measured and commanded are farther apart, mm (0.4 of the plan's smallest "
+      "step)");
+  c.add_option("--gate-deg", policy.gate_deg,
+               "the same of the attitude, deg (0.4 of the smallest turn, 2 at most)");
   c.add_option("--temperature", o.band_degc, "LOW HIGH in degC: outside, measuring is suspended")
       ->expected(2);
   c.add_option("--hysteresis-k", policy.hysteresis_k, "K inside the band before it goes on")

@@ -40,6 +40,7 @@ void T2saTracker::connect() {
   auto wire = std::make_unique<T2saWire>(settings_.server, settings_.connect_timeout_s,
                                          settings_.reply_timeout_s);
   wire_ = std::move(wire);
+  fresh_.connected();
   reached_ = true;
   warm_up();
 }
@@ -75,21 +76,39 @@ Status T2saTracker::beam() {
   }
 }
 
+/// An answer that is not of now: what comes next on this line is not trusted either.
+PoseReport T2saTracker::old(const std::string& why, const std::string& asked,
+                            const T2saReply& reply) {
+  wire_.reset();
+  return {Status::timeout, asked + ": an answer that is not of now, " + why + ": " + reply.raw};
+}
+
 /// Measures the targets one after the other; stops at the first that fails. raw_reply has all.
-PoseReport T2saTracker::points_of(const std::vector<T2saTarget>& targets,
+PoseReport T2saTracker::points_of(const std::vector<T2saTarget>& targets, bool moved,
                                   std::vector<NestPoint>& points) {
   PoseReport report{Status::ok, ""};
   for (const T2saTarget& target : targets) {
     const std::string asked = "!MEAS_SINGLE_POINT:" + target.address;
+    const double asked_s = host_now_s();
     const T2saReply reply = wire_->ask(asked);
     report.raw_reply += (report.raw_reply.empty() ? "" : "\n") + reply.raw;
     const auto point = parse_t2sa_point(reply.body);
+    const std::string name = target.address.substr(target.address.rfind(';') + 1);
+    if (point && !t2sa_name_is(point->name, name)) wire_->out_of_step(asked, reply.raw, name);
+    std::string why;
+    if (point) why = fresh_.look_at_time(point->stamp_s, asked_s, host_now_s());
+    if (point && why.empty()) {
+      const Eigen::Vector3d& at = point->at_mm;
+      why = fresh_.look_at_values(target.address, {at.x(), at.y(), at.z()}, moved);
+    }
     PoseReport failed;
-    if (reply.accepted && point && point->good) {
+    if (reply.accepted && point && point->good && why.empty()) {
       points.push_back({target.nest, point->at_mm});
       continue;
     }
-    if (!reply.accepted) {
+    if (!why.empty()) {
+      failed = old(why, asked, reply);
+    } else if (!reply.accepted) {
       failed = refused(reply, asked);
     } else if (!point) {
       failed = unreadable(reply, asked);
@@ -106,7 +125,7 @@ PoseReport T2saTracker::points_of(const std::vector<T2saTarget>& targets,
 PoseReport T2saTracker::register_base(int epoch) {
   if (registered_epoch_ == epoch || settings_.base.empty()) return {Status::ok, ""};
   std::vector<NestPoint> points;
-  PoseReport report = points_of(settings_.base_points, points);
+  PoseReport report = points_of(settings_.base_points, false, points);
   if (!report.ok()) {
     report.detail = "base nests: " + report.detail;
     return report;
@@ -118,15 +137,16 @@ PoseReport T2saTracker::register_base(int epoch) {
   return report;
 }
 
-PoseReport T2saTracker::measure_points() {
+PoseReport T2saTracker::measure_points(bool moved) {
   std::vector<NestPoint> points;
-  PoseReport report = points_of(settings_.points, points);
+  PoseReport report = points_of(settings_.points, moved, points);
   if (!report.ok()) return report;
   return pose_report(points, settings_.nests, report.raw_reply);
 }
 
-PoseReport T2saTracker::measure_object() {
+PoseReport T2saTracker::measure_object(bool moved) {
   const std::string& group = settings_.object_group;
+  const double asked_s = host_now_s();
   const T2saReply done = wire_->ask("!CMDEXE:" + group);
   if (!done.accepted) return refused(done, "!CMDEXE:" + group);
   const std::string asked = settings_.object_reference.empty()
@@ -136,7 +156,14 @@ PoseReport T2saTracker::measure_object() {
   if (!reply.accepted) return refused(reply, asked);
   const auto frame = parse_t2sa_offset(reply.body);
   if (!frame) return unreadable(reply, asked);
-  return pose_report(*frame, settings_.nests, reply.raw);
+  if (!t2sa_name_holds(frame->name, group)) wire_->out_of_step(asked, reply.raw, group);
+  std::string why = fresh_.look_at_time(frame->stamp_s, asked_s, host_now_s());
+  if (why.empty()) {
+    const double* values = frame->T.data();
+    why = fresh_.look_at_values(group, {values, values + frame->T.matrix().size()}, moved);
+  }
+  if (!why.empty()) return old(why, asked, reply);
+  return pose_report(frame->T, settings_.nests, reply.raw);
 }
 
 /// Since the registration; the first time that is just now.
@@ -145,7 +172,7 @@ BaseReport T2saTracker::measure_base(const Occasion& occasion) {
     connect();
     PoseReport report = register_base(occasion.epoch);
     std::vector<NestPoint> points;
-    if (report.ok()) report = points_of(settings_.base_points, points);
+    if (report.ok()) report = points_of(settings_.base_points, false, points);
     if (!report.ok()) return {report.status, report.detail};
     return {Status::ok, "",
             base_drift(registered_, points, settings_.nests.frame.T_B_T, settings_.nests.sigma_mm)};
@@ -161,7 +188,12 @@ PoseReport T2saTracker::measure(const Occasion& occasion) {
     connect();
     PoseReport report = register_base(occasion.epoch);
     if (!report.ok()) return report;
-    return settings_.object_group.empty() ? measure_points() : measure_object();
+    const bool moved = occasion.moved_mm > kMovedSigmas * settings_.nests.sigma_mm;
+    report = settings_.object_group.empty() ? measure_points(moved) : measure_object(moved);
+    if (!report.ok()) return report;
+    fresh_.taken();
+    report.detail = fresh_.take_note();
+    return report;
   } catch (const LinkError& error) {
     return {lost(error), error.what()};
   } catch (const InputError& error) {  // base nests on one line, a point that is no point
