@@ -19,10 +19,6 @@ PoseReport refused(const T2saReply& reply, const std::string& asked) {
   return {status_of_t2sa(reply.code), asked + ": " + reply.raw, {}, reply.raw};
 }
 
-PoseReport unreadable(const T2saReply& reply, const std::string& asked) {
-  return {Status::fault, asked + ": an answer of no known form: " + reply.raw, {}, reply.raw};
-}
-
 }  // namespace
 
 std::string T2saTracker::describe() const {
@@ -69,11 +65,23 @@ Status T2saTracker::beam() {
   try {
     connect();
     const T2saReply state = wire_->ask("?STAT", false);
+    if (parse_t2sa_point(state.body) || parse_t2sa_offset(state.body)) {
+      wire_->out_of_step("?STAT", state.raw, "a state");
+    }
     if (state.accepted || state.code == kT2saBusy) return Status::ok;
     return status_of_t2sa(state.code);
   } catch (const LinkError& error) {
     return lost(error);
   }
+}
+
+/// Why a point is not of now; empty when it is.
+std::string T2saTracker::not_of_now(const T2saTarget& target, const T2saPoint& point,
+                                    double asked_s, bool moved) {
+  const std::string why = fresh_.look_at_time(point.stamp_s, asked_s, host_now_s());
+  if (!why.empty()) return why;
+  const Eigen::Vector3d& at = point.at_mm;
+  return fresh_.look_at_values(target.address, {at.x(), at.y(), at.z()}, moved);
 }
 
 /// An answer that is not of now: what comes next on this line is not trusted either.
@@ -94,26 +102,19 @@ PoseReport T2saTracker::points_of(const std::vector<T2saTarget>& targets, bool m
     report.raw_reply += (report.raw_reply.empty() ? "" : "\n") + reply.raw;
     const auto point = parse_t2sa_point(reply.body);
     const std::string name = target.address.substr(target.address.rfind(';') + 1);
-    if (point && !t2sa_name_is(point->name, name)) wire_->out_of_step(asked, reply.raw, name);
-    std::string why;
-    if (point) why = fresh_.look_at_time(point->stamp_s, asked_s, host_now_s());
-    if (point && why.empty()) {
-      const Eigen::Vector3d& at = point->at_mm;
-      why = fresh_.look_at_values(target.address, {at.x(), at.y(), at.z()}, moved);
+    if (reply.accepted && !(point && t2sa_name_is(point->name, name))) {
+      wire_->out_of_step(asked, reply.raw, "Single Point Measurement " + name + " …");
     }
     PoseReport failed;
-    if (reply.accepted && point && point->good && why.empty()) {
+    if (!reply.accepted) {
+      failed = refused(reply, asked);
+    } else if (const std::string why = not_of_now(target, *point, asked_s, moved); !why.empty()) {
+      failed = old(why, asked, reply);
+    } else if (!point->good) {
+      failed = {Status::unstable, asked + ": the point was not accepted: " + reply.raw};
+    } else {
       points.push_back({target.nest, point->at_mm});
       continue;
-    }
-    if (!why.empty()) {
-      failed = old(why, asked, reply);
-    } else if (!reply.accepted) {
-      failed = refused(reply, asked);
-    } else if (!point) {
-      failed = unreadable(reply, asked);
-    } else {
-      failed = {Status::unstable, asked + ": the point was not accepted: " + reply.raw};
     }
     failed.raw_reply = report.raw_reply;
     return failed;
@@ -155,8 +156,9 @@ PoseReport T2saTracker::measure_object(bool moved) {
   const T2saReply reply = wire_->ask(asked);
   if (!reply.accepted) return refused(reply, asked);
   const auto frame = parse_t2sa_offset(reply.body);
-  if (!frame) return unreadable(reply, asked);
-  if (!t2sa_name_holds(frame->name, group)) wire_->out_of_step(asked, reply.raw, group);
+  if (!(frame && t2sa_name_holds(frame->name, group))) {
+    wire_->out_of_step(asked, reply.raw, "Object Offset Report … " + group + " …");
+  }
   std::string why = fresh_.look_at_time(frame->stamp_s, asked_s, host_now_s());
   if (why.empty()) {
     const double* values = frame->T.data();

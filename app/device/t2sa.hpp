@@ -56,6 +56,8 @@ class T2saTracker : public Tracker {
   [[nodiscard]] PoseReport register_base(int epoch);
   [[nodiscard]] PoseReport measure_points(bool moved);
   [[nodiscard]] PoseReport measure_object(bool moved);
+  [[nodiscard]] std::string not_of_now(const T2saTarget& target, const T2saPoint& point,
+                                       double asked_s, bool moved);
   [[nodiscard]] PoseReport old(const std::string& why, const std::string& asked,
                                const T2saReply& reply);
   [[nodiscard]] Status lost(const LinkError& error);

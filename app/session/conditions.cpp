@@ -56,8 +56,9 @@ Runner::Found Runner::look_at_conditions(const PlannedPoint& point, bool suspend
                    (suspended || since_visit_ >= policy.reference_every);
   if (!due && !stepped) return {};
   const double half = suspended ? 0.5 : 1.0;
-  const ReferenceTolerance whole =
-      at_least_noise(stepped ? ReferenceTolerance{} : ReferenceTolerance{.xy_mm = policy.drift_mm});
+  ReferenceTolerance whole{.xy_mm = policy.drift_mm};
+  if (stepped) whole.xy_mm = std::max(whole.xy_mm, ReferenceTolerance{}.xy_mm);
+  whole = at_least_noise(whole);
   const Visit visit =
       visit_references(store::SetUp::as_before, {half * whole.xy_mm, half * whole.phi_rad}, point);
   if (stepped && !visit.off.empty()) return {visit.failure, stepped_ + "; " + visit.off};

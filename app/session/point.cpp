@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/session/runner.hpp"
 #include "app/session/side_file.hpp"
@@ -31,12 +32,14 @@ double way_mm(const Pose& a, const Pose& b) { return std::hypot(b.x_mm - a.x_mm,
 
 using Measured = std::map<int, store::StoredReading>;
 
-/// The stored reading nearest to a target, but for that of point `seq`; none where none is stored.
-const Reading* nearest(const Measured& measured, const Pose& target, int but_for = 0) {
+/// The stored reading nearest to a target, of the points before `before`; none where none is
+/// stored.
+const Reading* nearest(const Measured& measured, const Pose& target,
+                       int before = std::numeric_limits<int>::max()) {
   const Reading* best = nullptr;
   for (const auto& [seq, stored] : measured) {
     const Reading& reading = stored.data.reading;
-    if (seq == but_for) continue;
+    if (seq >= before) break;
     if (best == nullptr || way_mm(reading.target, target) < way_mm(best->target, target)) {
       best = &reading;
     }
@@ -172,19 +175,22 @@ Failure Runner::look_for_step(const store::NewReading& stored) const {
   constexpr std::size_t kFewest = 6;  // points, before it is known how deviations differ
   constexpr double kLeastMm = 0.3, kTimes = 3, kSigmas = 6;
   if (devices_->virtual_time || measured_.size() < kFewest) return {};
-  double largest_mm = 0;
-  for (const auto& [seq, before] : measured_) {
-    const Reading& reading = before.data.reading;
-    largest_mm = std::max(largest_mm, step_mm(reading, *nearest(measured_, reading.target, seq)));
-  }
   const double noise_mm = devices_->sigma ? kSigmas * std::sqrt(2.0) * devices_->sigma->xy_mm : 0.0;
-  const double limit_mm = std::max({kLeastMm, kTimes * largest_mm, noise_mm});
+  const double limit_mm =
+      std::max({kLeastMm, course_.settings.policy.drift_mm, kTimes * usual_mm_, noise_mm});
   const double by_mm = step_mm(stored.reading, *nearest(measured_, stored.reading.target));
   if (by_mm <= limit_mm) return {};
   return {Cause::stepped, device::Status::unstable,
           fmt::format("its deviation is a step of {:.3f} mm from that of the point nearest to it "
                       "({:.3f} mm are usual)",
-                      by_mm, largest_mm)};
+                      by_mm, usual_mm_)};
+}
+
+/// How a stored point differs from the nearest one before it.
+void Runner::learn_step(int seq) {
+  const Reading& reading = measured_.at(seq).data.reading;
+  const Reading* near = nearest(measured_, reading.target, seq);
+  if (near != nullptr) usual_mm_ = std::max(usual_mm_, step_mm(reading, *near));
 }
 
 Failure Runner::try_point(const PlannedPoint& point, store::NewReading& stored) {
@@ -313,6 +319,7 @@ bool Runner::measure_point(const PlannedPoint& point) {
   measured_.insert_or_assign(
       point.seq,
       store::StoredReading{.session_id = task.session, .attempt_id = std::nullopt, .data = stored});
+  learn_step(point.seq);
   ++n_stored_;
   ++since_visit_;
   ++since_base_;

@@ -99,6 +99,7 @@ void Runner::learn_stored() {
     stood_[seq] = {r.data.reading.conditions.cmd_mm, r.data.reading.conditions.from_mm};
     measured_.insert_or_assign(seq, r);
   }
+  for (const auto& [seq, stored] : measured_) learn_step(seq);
   open_.clear();
   for (const PlannedPoint& point : course_.plan.points) {
     if (!stood_.contains(point.seq)) open_.push_back(point);

@@ -86,6 +86,7 @@ class Runner {
   Failure read(const device::Occasion& occasion, store::NewReading& stored);
   [[nodiscard]] Failure judge(const store::NewReading& stored) const;
   [[nodiscard]] Failure look_for_step(const store::NewReading& stored) const;
+  void learn_step(int seq);
   [[nodiscard]] Standing start_of(const PlannedPoint& point) const;
   [[nodiscard]] device::Occasion occasion_of(const PlannedPoint& point);
 
@@ -120,6 +121,7 @@ class Runner {
   std::map<int, Standing> stood_;                 // by seq of the points that are stored
   std::map<int, store::StoredReading> measured_;  // the same
   PoseGate gate_;
+  double usual_mm_ = 0;  // the largest difference between the deviations of neighbours so far
   std::string stepped_;  // what has made a step, in words, until the set-up was looked at
   int believed_ = 0;     // seq of the point at which the set-up was found to be where it was
   std::vector<PlannedPoint> open_;

@@ -188,7 +188,7 @@ TEST_CASE("each refusal of T2SA has its status, and keeps its words", "[device][
         {"ERR-341 Not connected to SA\r\n", Status::fault, "ERR-341"},
         {"ERR-200 Command rejected\r\n", Status::fault, "ERR-200"},
         {"ERR-201 SA is busy\r\n", Status::timeout, "ERR-201"},
-        {"ACK-300 Measured well\r\n", Status::fault, "no known form"},
+        {"ACK-300 Measured well\r\n", Status::timeout, "nobody asked for"},
         {"measured well\r\n", Status::fault, "no known form"}}) {
     CAPTURE(c.answer);
     Sa sa;

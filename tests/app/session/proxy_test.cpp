@@ -83,6 +83,14 @@ void shift(std::string& answer, double by_mm) {
                  fmt::format("{:.6f}", std::stod(found[1].str()) + by_mm));
 }
 
+/// The answers before, and not to the last bit.
+Alter lagging_unlike() {
+  return [lag = lagging()](std::string& answer) {
+    lag(answer);
+    shift(answer, 1e-6);
+  };
+}
+
 /// The tracker is knocked before its n-th pose: base nests, too, are seen elsewhere.
 Alter knocked(int n, double by_mm) {
   return [n, by_mm, poses = 0](std::string& answer) mutable {
@@ -102,6 +110,7 @@ TEST_CASE("an answer of another point, of another time or of the pose before is 
   };
   for (const Case& c : {Case{"renamed", from_pose(2, renaming()), 1},
                         {"lagging", lagging(), kProxied - 1},
+                        {"lagging, but for the last digit", lagging_unlike(), 1},
                         {"frozen", frozen(), 1},
                         {"of 1999", from_pose(3, dated("11/27/1999")), 2},
                         {"of no day", from_pose(3, dated("99/99/0000")), 2}}) {
@@ -117,7 +126,7 @@ TEST_CASE("an answer of another point, of another time or of the pose before is 
     CHECK(problems.empty());
   }
   SocketCampaign open(proxied_plan());  // the control: what lets a pose pass stores a wrong one
-  open.lab.to_tracker.alter = lagging();
+  open.lab.to_tracker.alter = lagging_unlike();
   open.request.policy.gate_mm = 1e3;
   static_cast<void>(open.run());
   CHECK_FALSE(open.problems(false).empty());
@@ -134,7 +143,9 @@ TEST_CASE("an answer that comes twice costs a try, not the session", "[session][
     CAPTURE(outcome.detail);
     CHECK(outcome.state == State::done);
     CHECK(campaign.problems().empty());
-    CHECK(std::ranges::count(campaign.attempts(), "failed", &store::Attempt::status) == 1);
+    const auto attempts = campaign.attempts();
+    CHECK(std::ranges::count_if(attempts,
+                                [](const store::Attempt& a) { return a.status == "failed"; }) == 1);
   }
 }
 
@@ -156,7 +167,7 @@ TEST_CASE("a rail that stands elsewhere than its command is no place to measure"
       continue;
     }
     CHECK(outcome.exit_code() == ExitCode::device);
-    CHECK_THAT(outcome.detail, Contains("encoder of rail 1 is 10.00"));
+    CHECK_THAT(outcome.detail, Contains("encoder of rail 1 is") && Contains("at rest"));
     CHECK(outcome.n_stored < kProxied);
     CHECK(campaign.problems(false).empty());
   }

@@ -97,9 +97,9 @@ class Tapped : public emulate::Conversation {
       if (proxy_.late_s) answer.after += std::chrono::duration<double>(proxy_.late_s(bytes));
       if (proxy_.alter_asked && !answer.finish) proxy_.alter_asked(bytes, answer.bytes);
       if (!proxy_.alter || !answer.finish) continue;
-      answer.finish = [alter = proxy_.alter, finish = std::move(answer.finish)] {
+      answer.finish = [proxy = &proxy_, finish = std::move(answer.finish)] {
         std::string text = finish();
-        alter(text);
+        proxy->alter(text);  // in place: it may have a memory
         return text;
       };
     }
