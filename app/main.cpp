@@ -1,4 +1,6 @@
+#include <fcntl.h>
 #include <malloc.h>
+#include <unistd.h>
 
 #include <string>
 #include <vector>
@@ -17,9 +19,20 @@ void keep_freed_memory() {
 #endif
 }
 
+/// A standard stream that was closed would be the next file or socket that is opened, and get what
+/// is meant for a person. What is lost of the data is noticed, what is lost of the talk is not.
+void hold_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) != -1) continue;
+    const int held = ::open(stream == STDOUT_FILENO ? "/dev/full" : "/dev/null", O_RDWR);
+    if (held != stream) ::_exit(1);  // the lowest number is the one that is free
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  hold_standard_streams();
   keep_freed_memory();
   const std::vector<std::string> words(argv + (argc > 0 ? 1 : 0), argv + argc);
   return trammel::cli::run_cli(words, trammel::cli::commands());

@@ -27,6 +27,7 @@ session::Surroundings surroundings_of(const Context& context) {
     return job::correction_of(connection, id);
   };
   surroundings.stop_signals = session::stop_signals;
+  surroundings.stopped_by = session::stop_signal_words;
   // Each step is told as it ends: a progress line is for a person who watches.
   surroundings.terminal = isatty(STDERR_FILENO) == 1;
   surroundings.quiet = context.quiet || !surroundings.terminal;

@@ -42,6 +42,7 @@ session::Surroundings surroundings(const Context& context) {
     return job::correction_of(db, job);
   };
   around.stop_signals = &session::stop_signals;
+  around.stopped_by = session::stop_signal_words;
   around.quiet = context.quiet;
   around.terminal = ::isatty(STDERR_FILENO) == 1;
   return around;
@@ -187,10 +188,13 @@ ExitCode run_resume(const NamedOptions& options, Context& context) {
 void policy_options(Command c, RunOptions& o) {
   session::Policy& policy = o.request.policy;
   c.option("--plan-check", o.request.plan_check,
-           "record of `plan check --record`: asked for by a real stage")
+           "record of `plan check --record`: needed by a real stage")
       .type("FILE");
-  c.option("--gate-mm", policy.gate_mm, "stop where measured and commanded are farther apart, mm")
-      .shown_default();
+  c.option("--gate-mm", policy.gate_mm,
+           "stop where measured and commanded are farther apart, mm (0.4 of the plan's smallest "
+           "step)");
+  c.option("--gate-deg", policy.gate_deg,
+           "the same of the attitude, deg (0.4 of the smallest turn, 2 at most)");
   c.option("--temperature", o.band_degc, "LOW HIGH in degC: outside, measuring is suspended")
       .expected(2);
   c.option("--hysteresis-k", policy.hysteresis_k, "K inside the band before it goes on")

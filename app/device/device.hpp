@@ -37,6 +37,7 @@ struct Occasion {
   std::uint64_t reading = 0;  // number of the reading among all that could ever be taken
   double time_s = 0;          // since the campaign's start
   int epoch = 1;
+  double moved_mm = 0;  // of the platform since the last measurement that succeeded
 };
 
 struct [[nodiscard]] StageReport {
@@ -66,7 +67,7 @@ class Stage {
 
 struct [[nodiscard]] PoseReport {
   Status status = Status::fault;
-  std::string detail = {};
+  std::string detail = {};     // why not; or what is worth a line in the session's log
   Pose pose = {};              // ok only
   std::string raw_reply = {};  // as it came
   [[nodiscard]] bool ok() const { return status == Status::ok; }
@@ -123,14 +124,16 @@ class Clock {
 struct Motion {
   double speed_mm_s = 0;      // of the fastest rail, as the stage is set; 0: it does not say
   double max_speed_mm_s = 0;  // that a rail may go; 0: it does not say
+  double following_mm = 0;    // an encoder may be so far from its command; 0: it does not say
 };
 
 /// One set of devices around one robot.
 struct Devices {
   bool simulated = false;
-  bool virtual_time = false;  // time is the plan's own: nothing changes by waiting
-  std::string identity = {};  // changes when the devices are not those a session began with
-  Mechanism mechanism = {};   // what the controller believes
+  bool virtual_time = false;    // time is the plan's own: nothing changes by waiting
+  std::string identity = {};    // changes when the devices are not those a session began with
+  std::string controller = {};  // "host:port" of what moves a real stage: one runner at a time
+  Mechanism mechanism = {};     // what the controller believes
   Motion motion = {};
   std::optional<TrackerSigma> sigma = {};
   std::unique_ptr<Stage> stage;

@@ -90,7 +90,7 @@ std::vector<PointRow> FileTracker::rows_of_nests(const std::string& text) const 
   return found;
 }
 
-PoseReport FileTracker::report_of(const std::vector<PointRow>& rows) const {
+PoseReport FileTracker::report_of(const std::vector<PointRow>& rows, bool moved) {
   std::vector<NestPoint> points;
   std::string raw;
   for (const PointRow& row : rows) {
@@ -104,10 +104,17 @@ PoseReport FileTracker::report_of(const std::vector<PointRow>& rows) const {
             {},
             raw};
   }
-  return pose_report(points, settings_.nests, raw);
+  for (const NestPoint& p : points) {
+    const std::string why =
+        fresh_.look_at_values(p.nest, {p.at_mm.x(), p.at_mm.y(), p.at_mm.z()}, moved);
+    if (!why.empty()) return {Status::timeout, "nest " + p.nest + ": " + why, {}, raw};
+  }
+  PoseReport report = pose_report(points, settings_.nests, raw);
+  if (report.ok()) fresh_.taken();
+  return report;
 }
 
-PoseReport FileTracker::measure(const Occasion&) {
+PoseReport FileTracker::measure(const Occasion& occasion) {
   try {
     file_.mark();
     const Deadline deadline = in_s(settings_.timeout_s);
@@ -117,7 +124,8 @@ PoseReport FileTracker::measure(const Occasion&) {
       if (const auto text = file_.grown()) {
         const std::vector<PointRow> rows = rows_of_nests(*text);
         n_found = rows.size();
-        if (n_found == n_nests) return report_of(rows);
+        const bool moved = occasion.moved_mm > kMovedSigmas * settings_.nests.sigma_mm;
+        if (n_found == n_nests) return report_of(rows, moved);
       }
       if (std::chrono::steady_clock::now() >= deadline) {
         return {Status::timeout, fmt::format("{} of {} new rows in {} s in {}", n_found, n_nests,

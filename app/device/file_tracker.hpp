@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/device/freshness.hpp"
 #include "app/device/growing_file.hpp"
 #include "app/device/nest_reading.hpp"
 #include "app/files/points_file.hpp"
@@ -27,9 +28,9 @@ struct FileTrackerSettings {
 };
 
 /// Waits, once the stage stands, for one complete new row a nest. A row that was begun before, or
-/// has no newline yet, is none. A miss (0 0 0, empty, deleted) is `beam_broken`, no row in time
-/// `timeout`, a file that has become shorter or makes no sense a fault. Proof:
-/// file_tracker_test.cpp.
+/// has no newline yet, is none. A miss (0 0 0, empty, deleted) is `beam_broken`, no row in time, or
+/// the last one again though the platform has moved, `timeout`, a file that has become shorter or
+/// makes no sense a fault. Proof: file_tracker_test.cpp.
 class FileTracker : public Tracker {
  public:
   explicit FileTracker(FileTrackerSettings settings)
@@ -43,10 +44,11 @@ class FileTracker : public Tracker {
  private:
   /// Rows after the mark, one a nest; fewer while they are not all there.
   [[nodiscard]] std::vector<PointRow> rows_of_nests(const std::string& text) const;
-  [[nodiscard]] PoseReport report_of(const std::vector<PointRow>& rows) const;
+  [[nodiscard]] PoseReport report_of(const std::vector<PointRow>& rows, bool moved);
 
   FileTrackerSettings settings_;
   GrowingFile file_;
+  Freshness fresh_;
 };
 
 /// The weather record of the newest row of a tracker's points file, and `first_degc` while there is

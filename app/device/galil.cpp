@@ -61,8 +61,7 @@ void GalilStage::connect() {
 }
 
 /// Runs `body` with a connection. However it fails, the rails are stopped before anybody is told.
-template <class Body>
-StageReport GalilStage::guarded(const Body& body) {
+StageReport GalilStage::guarded(const std::function<StageReport()>& body) {
   try {
     if (wire_ && !wire_->alive()) wire_.reset();  // closed while idle: nothing was in flight
     if (!wire_) {
@@ -190,7 +189,7 @@ StageReport GalilStage::travel(const Displacements& to_mm, const Watch& watch) {
   if (!report.ok()) return report;
   if (ask_counts(*wire_, settings_.axes, "RP") != to)
     return {Status::fault, "the controller commands another place than sent"};
-  return standing();
+  return standing(to_mm);
 }
 
 /// Speed, acceleration and target of the axes that move. What the controller took is read back: a
@@ -280,10 +279,20 @@ StageReport GalilStage::settle(const Watch& watch) {
   }
 }
 
-StageReport GalilStage::standing() {
+/// What the encoders say of themselves (TP) is where the rails stand, not only what the controller
+/// says of the difference (TE).
+StageReport GalilStage::standing(const Displacements& to_mm) {
   StageReport report{Status::ok, ""};
   report.encoder_mm = ask_displacements(*wire_, settings_.axes, "TP");
   report.commanded_mm = ask_displacements(*wire_, settings_.axes, "RP");
+  for (int i = 0; i < kChains; ++i) {
+    const double off_mm = report.encoder_mm[i] - to_mm[i];
+    if (std::abs(off_mm) <= settings_.following_mm) continue;
+    return {Status::following_error,
+            fmt::format("the encoder of rail {} is {:.4f} mm from its command at rest, at most {} "
+                        "mm are allowed",
+                        i + 1, off_mm, settings_.following_mm)};
+  }
   return report;
 }
 

@@ -5,6 +5,7 @@
 // controller fails is a switch that cuts the drives' power.
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -37,8 +38,7 @@ class GalilStage : public Stage {
   StageReport stop() override;
 
  private:
-  template <class Body>
-  StageReport guarded(const Body& body);
+  StageReport guarded(const std::function<StageReport()>& body);
   void connect();
   StageReport halt(StageReport why, bool lost);
   StageReport stop_beside() const;
@@ -54,7 +54,7 @@ class GalilStage : public Stage {
   void set(const char* name, std::size_t axis, std::int64_t value);
   StageReport follow(const std::string& moving, double time_s, int meant, const Watch& watch);
   StageReport settle(const Watch& watch);
-  StageReport standing();
+  StageReport standing(const Displacements& to_mm);
 
   GalilSettings settings_;
   std::unique_ptr<GalilWire> wire_;

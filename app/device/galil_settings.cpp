@@ -100,6 +100,11 @@ void validate(const GalilSettings& s) {
   validate_speeds(s);
   require(s.following_mm > s.settle_band_mm, "motion.following_mm",
           "the gate while moving is not wider than the settling band");
+  for (const GalilAxis& axis : s.axes) {  // twice of it is the controller's own watch
+    const double most_mm = static_cast<double>(kGalilMaxCounts) / 2 / axis.counts_per_mm();
+    require(s.following_mm < most_mm, "motion.following_mm",
+            "a gate beyond the controller's counts", fmt::format("less than {:.6g} mm", most_mm));
+  }
   validate_way_home(s);
 }
 

@@ -59,7 +59,7 @@ class GalilWire {
   /// each. A refusal is a LinkError: how the rest of such a line is answered is not documented.
   std::vector<std::string> ask(const std::string& line);
 
-  /// The same, as numbers. An answer that is no number is a LinkError.
+  /// The same, as numbers. An answer that is no number of 32 bits is a LinkError.
   std::vector<double> ask_numbers(const std::string& line);
 
   /// Whether the line is still open and in step, now that nothing is being asked.

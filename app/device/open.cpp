@@ -72,6 +72,8 @@ Devices open_galil(const std::string& file, const std::string& tracker_option) {
   devices.identity = "stage/1 " + hashed(text) + ", tracker/1 " + hashed(tracker_text);
   devices.mechanism = stage.galil.mechanism;
   devices.motion.speed_mm_s = stage.galil.speed_mm_s;
+  devices.motion.following_mm = stage.galil.following_mm;
+  devices.controller = stage.galil.controller.text();
   devices.sigma = tracker.sigma;
   devices.clock = real_clock({.mechanism = stage.galil.mechanism,
                               .speed_mm_s = stage.galil.speed_mm_s,

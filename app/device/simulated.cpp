@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -39,9 +40,10 @@ class SimulatedStage : public Stage {
   [[nodiscard]] bool homed() const override { return world_->homed; }
 
   StageReport home() override {
+    const std::scoped_lock lock(busy_);
     world_->l_mm = world_->from_mm = home_mm(world_->robot);
     world_->homed = true;
-    return at();
+    return standing();
   }
 
   StageReport move(const Displacements& to_mm, const Watch& watch) override {
@@ -57,20 +59,30 @@ class SimulatedStage : public Stage {
       if (std::abs(to_mm[i] - begin[i]) > kStandstillMm) world_->from_mm[i] = begin[i];
     }
     for (int sample = 0; sample <= kSamples; ++sample) {
-      world_->l_mm = begin + (to_mm - begin) * (static_cast<double>(sample) / kSamples);
+      {
+        const std::scoped_lock lock(busy_);
+        world_->l_mm = sample < kSamples
+                           ? begin + (to_mm - begin) * (static_cast<double>(sample) / kSamples)
+                           : to_mm;
+      }
       const Status seen = watch();
       if (seen != Status::ok) return {seen, "stopped on the way", world_->l_mm};
     }
-    world_->l_mm = to_mm;
-    return at();
+    return standing();
   }
 
-  StageReport stop() override { return at(); }
+  StageReport stop() override {
+    const std::scoped_lock lock(busy_);
+    return standing();
+  }
 
  private:
-  [[nodiscard]] StageReport at() const { return {Status::ok, "", world_->l_mm, world_->l_mm}; }
+  [[nodiscard]] StageReport standing() const {
+    return {Status::ok, "", world_->l_mm, world_->l_mm};
+  }
 
   std::shared_ptr<World> world_;
+  std::mutex busy_;  // where the rails are, which a stop beside a move asks
 };
 
 struct BaseNest {

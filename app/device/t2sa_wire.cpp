@@ -1,10 +1,13 @@
 #include "app/device/t2sa_wire.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <string_view>
 #include <thread>
 #include <vector>
 
+#include "app/device/freshness.hpp"
 #include "app/files/numbers.hpp"
 #include "core/units.hpp"
 
@@ -70,9 +73,9 @@ std::optional<T2saReply> parse_t2sa_reply(const std::string& line) {
 }
 
 std::optional<T2saPoint> parse_t2sa_point(const std::string& body) {
-  constexpr std::string_view kResult = " result ";
+  constexpr std::string_view kHead = "Single Point Measurement ", kResult = " result ";
   const std::size_t at = body.find(kResult);
-  if (!body.starts_with("Single Point Measurement ") || at == std::string::npos) return {};
+  if (!body.starts_with(kHead) || at == std::string::npos || at < kHead.size()) return {};
   // x,y,z may have blanks after the commas; the time and the word are the last three.
   std::string_view rest = std::string_view(body).substr(at + kResult.size());
   std::array<std::string_view, 3> tail;
@@ -84,11 +87,27 @@ std::optional<T2saPoint> parse_t2sa_point(const std::string& body) {
   }
   const auto at_mm = three_numbers(split_at(rest, ','));
   if (!at_mm || (tail[2] != "True" && tail[2] != "False")) return {};
-  return T2saPoint{*at_mm, tail[2] == "True"};
+  const std::string_view name = std::string_view(body).substr(kHead.size(), at - kHead.size());
+  return T2saPoint{*at_mm, tail[2] == "True", std::string(without_blanks(name)),
+                   parse_stamp_s(std::string(tail[0]) + " " + std::string(tail[1]))};
 }
 
-std::optional<Eigen::Isometry3d> parse_t2sa_offset(const std::string& body) {
-  if (!body.starts_with("Object Offset Report ")) return {};
+bool t2sa_name_is(std::string_view name, std::string_view expected) {
+  return std::ranges::equal(name, expected, [](unsigned char a, unsigned char b) {
+    return std::tolower(a) == std::tolower(b);
+  });
+}
+
+bool t2sa_name_holds(std::string_view name, std::string_view part) {
+  for (std::size_t at = 0; at + part.size() <= name.size(); ++at) {
+    if (t2sa_name_is(name.substr(at, part.size()), part)) return true;
+  }
+  return false;
+}
+
+std::optional<T2saFrame> parse_t2sa_offset(const std::string& body) {
+  constexpr std::string_view kHead = "Object Offset Report ";
+  if (!body.starts_with(kHead)) return {};
   const auto parts = split_at(body, ';');
   constexpr std::array<std::string_view, 6> kNames = {"X:", "Y:", "Z:", "Rx:", "Ry:", "Rz:"};
   if (parts.size() < 1 + kNames.size()) return {};
@@ -101,7 +120,9 @@ std::optional<Eigen::Isometry3d> parse_t2sa_offset(const std::string& body) {
   const auto shift_mm = three_numbers({values.begin(), values.begin() + 3});
   const auto angles_deg = three_numbers({values.begin() + 3, values.end()});
   if (!shift_mm || !angles_deg) return {};
-  return fixed_axes(*shift_mm, *angles_deg * rad_from_deg(1));
+  return T2saFrame{fixed_axes(*shift_mm, *angles_deg * rad_from_deg(1)),
+                   std::string(parts[0].substr(kHead.size())),
+                   parts.size() > 7 ? parse_stamp_s(without_blanks(parts[7])) : std::nullopt};
 }
 
 Eigen::Isometry3d fixed_axes(const Eigen::Vector3d& shift_mm, const Eigen::Vector3d& angles_rad) {
@@ -150,16 +171,20 @@ std::string T2saWire::receive_line(const std::string& asked, Deadline deadline) 
   }
 }
 
+void T2saWire::out_of_step(const std::string& line, const std::string& got,
+                           const std::string& expected) {
+  link_.close();
+  throw LinkError(LinkError::Kind::out_of_step, {.what = "an answer that nobody asked for",
+                                                 .where = {.field = line},
+                                                 .got = got,
+                                                 .expected = expected});
+}
+
 T2saReply T2saWire::ask(const std::string& line, bool patient) {
   const Deadline deadline = in_s(reply_timeout_s_);
   for (;;) {
     buffer_ += link_.pending();
-    if (!buffer_.empty()) {
-      link_.close();
-      throw LinkError(LinkError::Kind::nonsense, {.what = "an answer that nobody asked for",
-                                                  .where = {.field = line},
-                                                  .got = buffer_.substr(0, 60)});
-    }
+    if (!buffer_.empty()) out_of_step(line, buffer_.substr(0, 60), "nothing before it is asked");
     link_.send(line + "\r\n", deadline);
     const std::string got = receive_line(line, deadline);
     const auto reply = parse_t2sa_reply(got);

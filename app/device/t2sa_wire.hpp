@@ -4,8 +4,10 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "app/device/device.hpp"
 #include "app/device/tcp.hpp"
@@ -24,14 +26,25 @@ std::optional<T2saReply> parse_t2sa_reply(const std::string& line);
 
 struct T2saPoint {
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
-  bool good = false;  // the word after the time [K: whether the point was accepted]
+  bool good = false;                         // the word after the time [K: the point was accepted]
+  std::string name = {};                     // PT: of the point that was asked for [K]
+  std::optional<std::int64_t> stamp_s = {};  // parse_stamp_s
 };
 /// "Single Point Measurement PT result x,y,z MM/DD/YYYY HH:MM:SS True".
 std::optional<T2saPoint> parse_t2sa_point(const std::string& body);
 
-/// "Object Offset Report NAME;X:..;Y:..;Z:..;Rx:..;Ry:..;Rz:..;date time": where a frame stands, mm
-/// and degrees about fixed axes, R = Rz Ry Rx [K].
-std::optional<Eigen::Isometry3d> parse_t2sa_offset(const std::string& body);
+/// Where a frame stands, mm and degrees about fixed axes, R = Rz Ry Rx [K].
+struct T2saFrame {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  std::string name = {};  // with that of the group in it [K]
+  std::optional<std::int64_t> stamp_s = {};
+};
+/// "Object Offset Report NAME;X:..;Y:..;Z:..;Rx:..;Ry:..;Rz:..;date time".
+std::optional<T2saFrame> parse_t2sa_offset(const std::string& body);
+
+/// Whether a T2SA name is, or holds, another; capitals or not.
+bool t2sa_name_is(std::string_view name, std::string_view expected);
+bool t2sa_name_holds(std::string_view name, std::string_view part);
 
 /// The rotation Rz(c) Ry(b) Rx(a), angles in rad, and a shift.
 Eigen::Isometry3d fixed_axes(const Eigen::Vector3d& shift_mm, const Eigen::Vector3d& angles_rad);
@@ -49,6 +62,9 @@ class T2saWire {
   /// LinkError:
   /// nothing in time, half a line, a line of another form, one that nobody asked for.
   T2saReply ask(const std::string& line, bool patient = true);
+  /// The answer to `line` was that to another question: closes the line, throws LinkError.
+  [[noreturn]] void out_of_step(const std::string& line, const std::string& got,
+                                const std::string& expected);
 
  private:
   std::string receive_line(const std::string& asked, Deadline deadline);

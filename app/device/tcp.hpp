@@ -25,7 +25,8 @@ struct LinkError : DeviceError {
     no_connection,  // refused, unreachable, or not in time
     closed,         // the other side ended it
     silent,         // no answer in time, or half of one
-    nonsense,       // an answer that nobody asked for, or of no known form
+    out_of_step,    // an answer that nobody asked for: that to another question, or twice
+    nonsense,       // an answer of no known form
   };
   LinkError(Kind why, ErrorText text) : DeviceError(std::move(text)), kind(why) {}
   Kind kind;

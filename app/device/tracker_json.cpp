@@ -1,6 +1,10 @@
 #include "app/device/tracker_json.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "app/device/file_tracker.hpp"
 #include "app/device/t2sa.hpp"
@@ -53,6 +57,27 @@ std::string read_address(Fields& fields, const char* name, int parts) {
   return text;
 }
 
+/// Two sides that chance can't tell apart: the nests can be exchanged, and no look at the sides
+/// shows it.
+void refuse_symmetry(Fields& top, const NestSettings& nests) {
+  constexpr double kSigmas = 6;
+  const std::string why = top.text("symmetric_because", "");
+  const std::vector<NestPoint>& body = nests.frame.body;
+  if (body.size() != 3 || !why.empty()) return;
+  const double apart_mm =
+      kSigmas * std::sqrt(2.0) * std::hypot(nests.sigma_mm, nests.frame.u_nest_mm);
+  std::array<double, 3> sides_mm{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    sides_mm[k] = (body[k].at_mm - body[(k + 1) % 3].at_mm).norm();
+  }
+  std::ranges::sort(sides_mm);
+  if (sides_mm[1] - sides_mm[0] > apart_mm && sides_mm[2] - sides_mm[1] > apart_mm) return;
+  top.refuse("nests", "a triangle with equal sides: exchanged nests would not be seen",
+             fmt::format("sides that differ by more than {:.3f} mm, or \"symmetric_because\": a "
+                         "reason",
+                         apart_mm));
+}
+
 void read_nests(Fields& top, TrackerFields& tracker, bool with_points) {
   for (Fields& nest : top.objects("nests")) {
     const std::string name = nest.text("name");
@@ -69,6 +94,7 @@ void read_nests(Fields& top, TrackerFields& tracker, bool with_points) {
     top.refuse("nests", "one nest shows where the platform is, not how it is turned",
                "two or three nests, or an object");
   }
+  refuse_symmetry(top, tracker.nests);
 }
 
 void read_object(Fields object, TrackerFields& tracker) {
@@ -78,6 +104,7 @@ void read_object(Fields object, TrackerFields& tracker) {
   if (!(tracker.sigma.xy_mm > 0 && tracker.sigma.phi_rad > 0)) {
     object.refuse("sigma_xy_mm", "a sigma that is not positive");
   }
+  tracker.nests.sigma_mm = tracker.sigma.xy_mm;
   object.done();
 }
 
@@ -100,7 +127,7 @@ void read_base(Fields& top, TrackerFields& tracker, bool may_measure) {
   if (tracker.base.size() < 3) top.refuse("base_nests", "fewer than three give no frame");
 }
 
-std::unique_ptr<Tracker> read_t2sa(Fields source, const TrackerFields& tracker) {
+std::unique_ptr<Tracker> read_t2sa(Fields source, const TrackerFields& tracker, bool emulated) {
   T2saSettings s;
   s.server = {source.text("host"), source.integer("port")};
   if (s.server.port < 1 || s.server.port > 65'535) source.refuse("port", "no TCP port");
@@ -108,6 +135,7 @@ std::unique_ptr<Tracker> read_t2sa(Fields source, const TrackerFields& tracker) 
   s.reply_timeout_s = positive(source, "reply_timeout_s", s.reply_timeout_s);
   s.warm_up_s = positive(source, "warm_up_s", s.warm_up_s);
   source.done();
+  s.by_host_clock = !emulated;
   s.nests = tracker.nests;
   s.points = tracker.points;
   s.object_group = tracker.object_group;
@@ -186,7 +214,8 @@ TrackerFile read_tracker_fields(Fields top, const std::filesystem::path& folder)
   result.measure_s =
       kPointTakesS * static_cast<double>(std::max<std::size_t>(1, tracker.nests.frame.body.size()));
   FileTrackerSettings file;
-  result.tracker = t2sa ? read_t2sa(source, tracker) : read_file_source(source, tracker, file);
+  result.tracker =
+      t2sa ? read_t2sa(source, tracker, result.emulated) : read_file_source(source, tracker, file);
   result.thermometer = read_thermometer(top.object("temperature"), folder, t2sa ? nullptr : &file);
   top.done();
   return result;

@@ -23,8 +23,9 @@ struct TrackerFile {
 /// two or three "nests" {name, x_mm, y_mm, z_mm, point} in the platform's frame (or, behind t2sa,
 /// an "object" {group, reference, sigma_xy_mm, sigma_phi_deg}), "base_frame" (the tracker's frame
 /// in the base's) or, behind t2sa, "base_nests" to find it by, "sigma_mm", "u_nest_mm",
-/// "out_of_plane_mm" and "temperature" {source "fixed", "file" or "tracker"}. Files are looked for
-/// beside this one. Throws InputError with file, line and field. Proof: tracker_json_test.cpp.
+/// "out_of_plane_mm", "symmetric_because" (a reason for a triangle with equal sides) and
+/// "temperature" {source "fixed", "file" or "tracker"}. Files are looked for beside this one.
+/// Throws InputError with file, line and field. Proof: tracker_json_test.cpp.
 TrackerFile read_tracker(const std::filesystem::path& path);
 
 /// The same from text; `path` stands in errors, and the files it names are beside it.

@@ -85,7 +85,9 @@ Standing parse_standing(std::string_view text) {
   for (std::string word; words >> word;) {
     if (const auto value = parse_number(word)) values.push_back(*value);
   }
-  const bool sound = values.size() == 9 && values[6] >= 1 && values[6] < 1e6;  // 6: the epoch
+  // 6: the epoch, 7: the time of work, thirty years at most
+  const bool sound =
+      values.size() == 9 && values[6] >= 1 && values[6] < 1e6 && values[7] >= 0 && values[7] < 1e9;
   if (!sound) {
     throw DeviceError({.what = "no standing of an emulated stage",
                        .got = std::string(text),

@@ -37,8 +37,9 @@ struct TrackerSetup {
 /// A frame that stands at `at_mm`, turned first about x, then y, then z, all of the fixed axes.
 Eigen::Isometry3d fixed_frame(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& turned_rad);
 
-/// Two reflectors 15 mm apart on the platform as in the paper, three 150 mm apart, four on the
-/// base, and a tracker that stands some metres away, turned and not quite level.
+/// Two reflectors 15 mm apart on the platform as in the paper, three some 150 mm apart (no two
+/// sides equal), four on the base, and a tracker that stands some metres away, turned and not quite
+/// level.
 TrackerSetup default_tracker();
 
 /// The same from a file, "format": "emulated-tracker/1". Throws InputError with file, line, field.

@@ -33,14 +33,12 @@ Eigen::Isometry3d fixed_frame(const Eigen::Vector3d& at_mm, const Eigen::Vector3
 }
 
 TrackerSetup default_tracker() {
-  const double side_mm = 150, z_mm = 30, base_mm = 500;
-  const double radius_mm = side_mm / std::sqrt(3.0);
+  const double z_mm = 30, base_mm = 500;
   TrackerSetup setup;
   setup.nests = {{"PAIR", "P1", true, {-7.5, 0, z_mm}}, {"PAIR", "P2", true, {7.5, 0, z_mm}}};
-  for (int k = 0; k < 3; ++k) {
-    setup.nests.push_back(
-        {"PLATFORM", "P" + std::to_string(k + 1), true, corner(radius_mm, 90 + 120 * k, z_mm)});
-  }
+  setup.nests.push_back({"PLATFORM", "P1", true, {10, 90, z_mm}});  // no two sides are equal
+  setup.nests.push_back({"PLATFORM", "P2", true, {-80, -50, z_mm}});
+  setup.nests.push_back({"PLATFORM", "P3", true, {70, -40, z_mm}});
   for (int k = 0; k < 4; ++k) {
     setup.nests.push_back(
         {"BASE", "B" + std::to_string(k + 1), false, corner(base_mm, 45 + 90 * k, 0)});

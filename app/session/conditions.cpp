@@ -46,18 +46,29 @@ Runner::Found Runner::look_at_conditions(const PlannedPoint& point, bool suspend
     const std::string bad = out_of_band(temp_degc, policy, suspended);
     if (!bad.empty()) return {{}, bad};
   }
-  if (policy.base_every > 0 && (suspended || since_base_ >= policy.base_every)) {
+  const bool stepped = !stepped_.empty();
+  const bool base_due = policy.base_every > 0 && (suspended || since_base_ >= policy.base_every);
+  if (base_due || (stepped && devices_->tracker->sees_base())) {
     const Found found = look_at_base(point, suspended);
     if (found.failure.any() || !found.bad.empty()) return found;
   }
   const bool due = policy.reference_every > 0 && !measured_.empty() &&
                    (suspended || since_visit_ >= policy.reference_every);
-  if (!due) return {};
+  if (!due && !stepped) return {};
   const double half = suspended ? 0.5 : 1.0;
-  const ReferenceTolerance whole = at_least_noise({.xy_mm = policy.drift_mm});
+  ReferenceTolerance whole{.xy_mm = policy.drift_mm};
+  if (stepped) whole.xy_mm = std::max(whole.xy_mm, ReferenceTolerance{}.xy_mm);
+  whole = at_least_noise(whole);
   const Visit visit =
       visit_references(store::SetUp::as_before, {half * whole.xy_mm, half * whole.phi_rad}, point);
+  if (stepped && !visit.off.empty()) return {visit.failure, stepped_ + "; " + visit.off};
   return {visit.failure, visit.off};
+}
+
+/// The set-up is where it was: a step of the deviations was the robot's own.
+void Runner::believe(const PlannedPoint& point) {
+  if (!stepped_.empty()) believed_ = point.seq;
+  stepped_.clear();
 }
 
 /// Tried as a point is. What is found is on record, and what chance does not explain is said, in
@@ -85,20 +96,32 @@ Runner::Found Runner::look_at_base(const PlannedPoint& point, bool suspended) {
   return {};
 }
 
-/// After the last point, so that a drift under it is on record too. There is nothing left to wait
-/// with, and a tracker that fails now spoils no reading.
+/// After the last point, so that a drift under it is on record too, and a tracker that was knocked
+/// meanwhile ends no session that is done. One that fails now spoils no reading.
 void Runner::look_at_base_once_more() {
-  if (course_.settings.policy.base_every == 0 || since_base_ == 0 || asked_to_stop()) return;
+  const bool sees = devices_->virtual_time ? course_.settings.policy.base_every > 0
+                                           : devices_->tracker->sees_base();
+  if (!sees || since_base_ == 0 || asked_to_stop()) return;
+  const int since = since_base_;
   const Found found = look_at_base(course_.plan.points.back(), false);
-  const std::string said = found.failure.any() ? found.failure.words() : found.bad;
-  if (!said.empty()) progress_->say("base nests after the last point: " + said);
+  if (found.failure.any()) {
+    progress_->say("base nests after the last point: " + found.failure.words());
+  } else if (!found.bad.empty()) {
+    fail(fmt::format("{} after the last point: the last {} points are in doubt, exclude them or "
+                     "measure them again; a resume takes the session as it is",
+                     found.bad, since),
+         ExitCode::safety_stop);
+  }
 }
 
 /// False: the session is stopped, faulted, or paused by the operator meanwhile.
 bool Runner::conditions_hold(const PlannedPoint& point) {
   const Policy& policy = course_.settings.policy;
   Found found = look_at_conditions(point, false);
-  if (!found.failure.any() && found.bad.empty()) return true;
+  if (!found.failure.any() && found.bad.empty()) {
+    believe(point);
+    return true;
+  }
   if (!found.failure.any()) {
     advance(Event::conditions_bad);
     note("paused", "conditions: " + found.bad);
@@ -125,6 +148,7 @@ bool Runner::conditions_hold(const PlannedPoint& point) {
     end_with(found.failure, "conditions");
     return false;
   }
+  believe(point);
   advance(Event::conditions_good);
   note("resumed", "conditions are good again");
   progress_->say("conditions are good again");

@@ -15,6 +15,8 @@ using device::Devices;
 using device::Status;
 
 constexpr double kSlowestMmS = 1;  // a stage that does not say its speed is given this
+constexpr double kArmMm = 100;     // a turn moves what is so far from the platform's origin
+constexpr std::chrono::milliseconds kStopAgain{250};  // while the call beside it goes on
 
 struct BeamReport {
   Status status = Status::fault;
@@ -78,7 +80,9 @@ Failure Hands::call(const char* what, double deadline_s, Report& report,
   const auto answer = std::make_shared<Report>();
   const auto job = [answer, devices = devices_, ask = std::move(ask)] { *answer = ask(*devices); };
   const auto meanwhile = [this] {
-    if (meanwhile_ && meanwhile_()) cancelled_->store(true);
+    if (!cancelled_->load() && !(meanwhile_ && meanwhile_())) return;
+    cancelled_->store(true);
+    stop_beside();
   };
   if (!calls_.run(Watchdog::Seconds(deadline_s), job, meanwhile)) {
     hung_ = true;
@@ -136,6 +140,18 @@ void Hands::stand_at(const Displacements& l_mm) {
   if (at.ok()) pose_ = at.pose;
 }
 
+/// The call under way may be one that moves the stage, or is about to, and may be waiting for quite
+/// another device: the stage is stopped now, and again until the call has returned. What it says is
+/// asked for by stop().
+void Hands::stop_beside() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < stopped_beside_ + kStopAgain) return;
+  static_cast<void>(stops_.run(Watchdog::Seconds(deadlines_.stop_s), [devices = devices_] {
+    static_cast<void>(devices->stage->stop());
+  }));
+  stopped_beside_ = std::chrono::steady_clock::now();
+}
+
 Failure Hands::stop() {
   const auto answer = std::make_shared<device::StageReport>();
   on_course_ = false;
@@ -172,11 +188,17 @@ Failure Hands::temperature(const device::Occasion& occasion, double& temp_degc) 
 }
 
 Failure Hands::measure(const device::Occasion& occasion, device::PoseReport& seen) {
+  device::Occasion asked = occasion;
+  if (measured_at_) {
+    asked.moved_mm = std::hypot(pose_.x_mm - measured_at_->x_mm, pose_.y_mm - measured_at_->y_mm,
+                                kArmMm * (pose_.phi_rad - measured_at_->phi_rad));
+  }
   const Failure failure =
       call<device::PoseReport>("tracker", deadlines_.measure_s, seen,
-                               [occasion](Devices& d) { return d.tracker->measure(occasion); });
+                               [asked](Devices& d) { return d.tracker->measure(asked); });
   if (failure.any()) return failure;
   if (!plausible(seen.pose)) return of(Status::fault, "tracker: its answer is no pose");
+  measured_at_ = pose_;
   return {};
 }
 

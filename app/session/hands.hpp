@@ -4,8 +4,10 @@
 // one gets in or out.
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/device/device.hpp"
@@ -24,6 +26,7 @@ struct [[nodiscard]] Failure {
     hung,       // a call did not return: never again
     unsafe,     // what was to be sent, or what was measured, is outside what was checked
     storage,    // the database did not take it
+    stepped,    // the deviations have made a step: is the set-up where it was?
     cancelled,  // the operator wants it to stop at once
   };
   Cause cause = Cause::none;
@@ -37,6 +40,10 @@ struct [[nodiscard]] Failure {
 };
 Failure unsafe(std::string detail);
 
+/// From the wish to stop at once to the stage's stop, at most, while the database and the
+/// controller answer.
+inline constexpr double kStopDelayS = 0.3;
+
 /// Where rails stand and where their last moves began.
 struct Standing {
   Displacements l_mm = Displacements::Zero();
@@ -46,7 +53,9 @@ struct Standing {
 /// Proof: faults_test.cpp, watchdog_test.cpp, safety_test.cpp.
 class Hands {
  public:
-  /// `meanwhile` is asked while a call is waited for; true: stop at once.
+  /// `meanwhile` is asked every 20 ms while a call is waited for, whatever the call waits for;
+  /// true: the stage is stopped at once, beside the call (from the wish to the stop: kStopDelayS at
+  /// most).
   Hands(std::shared_ptr<device::Devices> devices, const CheckOptions& check,
         const Deadlines& deadlines, std::function<bool()> meanwhile);
 
@@ -76,6 +85,7 @@ class Hands {
   Failure call(const char* what, double deadline_s, Report& report,
                std::function<Report(device::Devices&)> ask);
   void stand_at(const Displacements& l_mm);
+  void stop_beside();
 
   std::shared_ptr<device::Devices> devices_;
   CheckOptions check_;
@@ -87,6 +97,8 @@ class Hands {
   Standing home_;
   Standing place_;
   Displacements encoder_mm_ = Displacements::Zero();
+  std::optional<Pose> measured_at_;  // where it stood at the last measurement that succeeded
+  std::chrono::steady_clock::time_point stopped_beside_ = {};
   Pose pose_;  // near it: where the search for the next begins
   bool on_course_ = false;
   bool hung_ = false;

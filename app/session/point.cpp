@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/session/runner.hpp"
 #include "app/session/side_file.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/units.hpp"
 
 namespace trammel::session {
 
@@ -18,9 +20,37 @@ using Cause = Failure::Cause;
 constexpr std::uint64_t kReadingsPerSession = 10'000'000;
 constexpr double kBeamPollS = 1;
 
-double deviation_mm(const Reading& reading) {
-  const Pose& m = *reading.measured;
-  return std::hypot(m.x_mm - reading.target.x_mm, m.y_mm - reading.target.y_mm);
+constexpr double kFollowingMm = 0.5;  // of a stage that does not say
+
+/// Measured less target.
+Eigen::Vector3d deviation(const Reading& reading) {
+  return reading.measured->vector() - reading.target.vector();
+}
+double deviation_mm(const Reading& reading) { return deviation(reading).head<2>().norm(); }
+
+double way_mm(const Pose& a, const Pose& b) { return std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm); }
+
+using Measured = std::map<int, store::StoredReading>;
+
+/// The stored reading nearest to a target, of the points before `before`; none where none is
+/// stored.
+const Reading* nearest(const Measured& measured, const Pose& target,
+                       int before = std::numeric_limits<int>::max()) {
+  const Reading* best = nullptr;
+  for (const auto& [seq, stored] : measured) {
+    const Reading& reading = stored.data.reading;
+    if (seq >= before) break;
+    if (best == nullptr || way_mm(reading.target, target) < way_mm(best->target, target)) {
+      best = &reading;
+    }
+  }
+  return best;
+}
+
+/// How much two deviations differ beyond what their distance explains.
+double step_mm(const Reading& a, const Reading& b) {
+  const double apart_mm = (deviation(a) - deviation(b)).head<2>().norm();
+  return std::max(0.0, apart_mm - kGateSlope * way_mm(a.target, b.target));
 }
 
 }  // namespace
@@ -91,24 +121,76 @@ Failure Runner::read(const device::Occasion& occasion, store::NewReading& stored
   reading.measured = seen.pose;
   stored.encoder_mm = hands_.encoder_mm();
   if (!seen.raw_reply.empty()) stored.raw_reply = seen.raw_reply;
+  if (!seen.detail.empty()) note("clock", seen.detail);
   return judge(stored);
 }
 
-/// Commanded against measured. A robot that is not where it was sent is not sent any further.
+/// Commanded against measured. A robot that is not where it was sent is not sent any further, and a
+/// reading that belongs to another pose is not stored.
 Failure Runner::judge(const store::NewReading& stored) const {
-  const double gate_mm = course_.settings.policy.gate_mm;
+  const double following_mm =
+      devices_->motion.following_mm > 0 ? devices_->motion.following_mm : kFollowingMm;
   const double rails_mm =
       (*stored.encoder_mm - stored.reading.conditions.cmd_mm).cwiseAbs().maxCoeff();
-  if (!(rails_mm <= gate_mm)) {
-    return unsafe(
-        fmt::format("a rail stands {:.3f} mm from its command (gate {:g} mm)", rails_mm, gate_mm));
+  if (!(rails_mm <= following_mm)) {
+    return unsafe(fmt::format("a rail stands {:.3f} mm from its command (gate {:g} mm)", rails_mm,
+                              following_mm));
   }
-  const double off_mm = deviation_mm(stored.reading);
-  if (!(off_mm <= gate_mm)) {
-    return unsafe(fmt::format("the platform was measured {:.3f} mm from its target (gate {:g} mm)",
-                              off_mm, gate_mm));
+  const Pose& target = stored.reading.target;
+  const Reading* near = nearest(measured_, target);
+  Eigen::Vector3d off = deviation(stored.reading);
+  double xy_mm = gate_.first_xy_mm, phi_rad = gate_.first_phi_rad;
+  if (near != nullptr) {
+    const Eigen::Vector3d shared = deviation(*near);
+    if (!gate_.stated_xy) {
+      off.head<2>() -= shared.head<2>();
+      xy_mm = std::min(gate_.xy_mm + kGateSlope * way_mm(near->target, target), kMostGateMm);
+    }
+    if (!gate_.stated_phi) {
+      off[2] -= shared[2];
+      phi_rad = gate_.phi_rad + kGateSlope * std::abs(target.phi_rad - near->target.phi_rad);
+    }
+  }
+  const char* where = near == nullptr ? "its target" : "where the points beside it are";
+  const double off_mm = off.head<2>().norm();
+  if (!(off_mm <= xy_mm)) {
+    return unsafe(
+        fmt::format("the platform was measured {:.3f} mm from {} (gate {:.3g} mm; --gate-mm states "
+                    "another)",
+                    off_mm, gate_.stated_xy ? "its target" : where, xy_mm));
+  }
+  if (!(std::abs(off[2]) <= phi_rad)) {
+    return unsafe(fmt::format(
+        "the platform was measured turned by {:.3f} deg from {} (gate {:.3g} deg; "
+        "--gate-deg states another)",
+        deg_from_rad(off[2]), gate_.stated_phi ? "its target" : where, deg_from_rad(phi_rad)));
   }
   return {};
+}
+
+/// A deviation that differs from that of the nearest stored point as none before it did: a tracker
+/// or a base that was knocked, unless the reference points and base nests are where they were. What
+/// is simulated can't be knocked.
+Failure Runner::look_for_step(const store::NewReading& stored) const {
+  constexpr std::size_t kFewest = 6;  // points, before it is known how deviations differ
+  constexpr double kLeastMm = 0.3, kTimes = 3, kSigmas = 6;
+  if (devices_->virtual_time || measured_.size() < kFewest) return {};
+  const double noise_mm = devices_->sigma ? kSigmas * std::sqrt(2.0) * devices_->sigma->xy_mm : 0.0;
+  const double limit_mm =
+      std::max({kLeastMm, course_.settings.policy.drift_mm, kTimes * usual_mm_, noise_mm});
+  const double by_mm = step_mm(stored.reading, *nearest(measured_, stored.reading.target));
+  if (by_mm <= limit_mm) return {};
+  return {Cause::stepped, device::Status::unstable,
+          fmt::format("its deviation is a step of {:.3f} mm from that of the point nearest to it "
+                      "({:.3f} mm are usual)",
+                      by_mm, usual_mm_)};
+}
+
+/// How a stored point differs from the nearest one before it.
+void Runner::learn_step(int seq) {
+  const Reading& reading = measured_.at(seq).data.reading;
+  const Reading* near = nearest(measured_, reading.target, seq);
+  if (near != nullptr) usual_mm_ = std::max(usual_mm_, step_mm(reading, *near));
 }
 
 Failure Runner::try_point(const PlannedPoint& point, store::NewReading& stored) {
@@ -122,7 +204,9 @@ Failure Runner::try_point(const PlannedPoint& point, store::NewReading& stored) 
   if (failure.any()) return failure;
   advance(Event::settled);
   if (wishes_.now() == Wish::stop_now) return {Cause::cancelled, device::Status::fault, ""};
-  return read(occasion, stored);
+  failure = read(occasion, stored);
+  if (failure.any() || believed_ == point.seq) return failure;
+  return look_for_step(stored);
 }
 
 /// Readings and attempt = ok in one transaction. Returns the reading's number.
@@ -177,8 +261,9 @@ Failure Runner::try_hard(const Task& task, store::NewReading& reading) {
     const int most = tries_for(failure.status);
     const bool again = failure.cause == Cause::device && ++failures[failure.status] < most;
     const bool cancelled = failure.cause == Cause::cancelled;
+    const bool stepped = failure.cause == Cause::stepped;
     if (task.walks) {
-      advance(again ? Event::try_again : cancelled ? Event::stop_asked : Event::failed);
+      advance(again || stepped ? Event::try_again : cancelled ? Event::stop_asked : Event::failed);
     }
     store::fail_attempt(connection_, attempt, failure.words(), trail_);
     trail_.clear();
@@ -221,6 +306,11 @@ bool Runner::measure_point(const PlannedPoint& point) {
                   .once = [&](store::NewReading& reading) { return try_point(point, reading); }};
   store::NewReading stored;
   const Failure failure = try_hard(task, stored);
+  if (failure.cause == Cause::stepped) {
+    stepped_ = fmt::format("point {}: {}", point.seq, failure.words());
+    progress_->say(stepped_ + "; the set-up is looked at");
+    return false;
+  }
   if (failure.any()) {
     end_with(failure, fmt::format("point {}", point.seq));
     return false;
@@ -229,6 +319,7 @@ bool Runner::measure_point(const PlannedPoint& point) {
   measured_.insert_or_assign(
       point.seq,
       store::StoredReading{.session_id = task.session, .attempt_id = std::nullopt, .data = stored});
+  learn_step(point.seq);
   ++n_stored_;
   ++since_visit_;
   ++since_base_;

@@ -1,11 +1,13 @@
 #include "app/session/policy.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace trammel::session {
 
@@ -28,8 +30,7 @@ struct Number {
   double least;  // above this, or equal where `from`
   bool from;
 };
-constexpr std::array<Number, 7> kNumbers = {{
-    {"gate_mm", &Policy::gate_mm, 0, false},
+constexpr std::array<Number, 6> kNumbers = {{
     {"retry_wait_s", &Policy::retry_wait_s, 0, true},
     {"beam_patience_s", &Policy::beam_patience_s, 0, true},
     {"hysteresis_k", &Policy::hysteresis_k, 0, true},
@@ -38,7 +39,54 @@ constexpr std::array<Number, 7> kNumbers = {{
     {"poll_s", &Policy::poll_s, 0, false},
 }};
 
+/// May be absent.
+struct OptionalNumber {
+  const char* key;
+  std::optional<double> Policy::*value;
+};
+constexpr std::array<OptionalNumber, 4> kOptional = {{{"gate_mm", &Policy::gate_mm},
+                                                      {"gate_deg", &Policy::gate_deg},
+                                                      {"low_degc", &Policy::low_degc},
+                                                      {"high_degc", &Policy::high_degc}}};
+
+/// The smallest of what lies between neighbours and is no rest, `most` where there is none.
+class Smallest {
+ public:
+  Smallest(double rest, double most) : rest_(rest), least_(most) {}
+  void add(double value) {
+    if (value > rest_) least_ = std::min(least_, value);
+  }
+  [[nodiscard]] double value() const { return least_; }
+
+ private:
+  double rest_, least_;
+};
+
 }  // namespace
+
+PoseGate pose_gate(const Policy& policy, const Plan& plan,
+                   const std::optional<TrackerSigma>& sigma) {
+  constexpr double kShare = 0.4, kSixOfDifference = 6 * 1.41421356237309505, kLeastMm = 0.5,
+                   kFirstMm = 5, kRestMm = 0.1;
+  constexpr double kMostDeg = 2, kLeastDeg = 0.25, kFirstDeg = 3, kRestDeg = 0.05;
+  Smallest way_mm(kRestMm, kMostGateMm / kShare), turn_deg(kRestDeg, kMostDeg / kShare);
+  for (std::size_t k = 1; k < plan.points.size(); ++k) {
+    const Pose &a = plan.points[k - 1].target, &b = plan.points[k].target;
+    way_mm.add(std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm));
+    turn_deg.add(std::abs(deg_from_rad(b.phi_rad - a.phi_rad)));
+  }
+  PoseGate gate;
+  gate.stated_xy = policy.gate_mm.has_value();
+  gate.stated_phi = policy.gate_deg.has_value();
+  const double noise_mm = sigma ? kSixOfDifference * sigma->xy_mm : 0;
+  const double noise_deg = sigma ? kSixOfDifference * deg_from_rad(sigma->phi_rad) : 0;
+  gate.xy_mm = policy.gate_mm.value_or(std::max({kShare * way_mm.value(), kLeastMm, noise_mm}));
+  gate.first_xy_mm = policy.gate_mm.value_or(std::max(gate.xy_mm, kFirstMm));
+  gate.phi_rad = rad_from_deg(
+      policy.gate_deg.value_or(std::max({kShare * turn_deg.value(), kLeastDeg, noise_deg})));
+  gate.first_phi_rad = rad_from_deg(policy.gate_deg.value_or(std::max(kFirstDeg, noise_deg)));
+  return gate;
+}
 
 std::span<const RetryRule> retry_rules() { return kRules; }
 
@@ -61,6 +109,10 @@ void validate(const Policy& policy) {
     if (std::isfinite(value) && (n.from ? value >= n.least : value > n.least)) continue;
     refuse(n.key, n.from ? "0 or more" : "more than 0");
   }
+  for (const auto& [key, value] :
+       {std::pair("gate_mm", policy.gate_mm), std::pair("gate_deg", policy.gate_deg)}) {
+    if (value && !(std::isfinite(*value) && *value > 0)) refuse(key, "more than 0");
+  }
   if (policy.reference_every < 0) refuse("reference_every", "0 or more points");
   if (policy.base_every < 0) refuse("base_every", "0 or more points");
   for (const auto& limit : {policy.low_degc, policy.high_degc}) {
@@ -77,8 +129,9 @@ nlohmann::json policy_json(const Policy& policy) {
   for (const Number& n : kNumbers) json[n.key] = policy.*n.value;
   json["reference_every"] = policy.reference_every;
   json["base_every"] = policy.base_every;
-  if (policy.low_degc) json["low_degc"] = *policy.low_degc;
-  if (policy.high_degc) json["high_degc"] = *policy.high_degc;
+  for (const OptionalNumber& n : kOptional) {
+    if (policy.*n.value) json[n.key] = *(policy.*n.value);
+  }
   return json;
 }
 
@@ -87,8 +140,9 @@ Policy read_policy(const nlohmann::json& json) {
   for (const Number& n : kNumbers) policy.*n.value = json.value(n.key, policy.*n.value);
   policy.reference_every = json.value("reference_every", 0);
   policy.base_every = json.value("base_every", 0);
-  if (json.contains("low_degc")) policy.low_degc = json.at("low_degc").get<double>();
-  if (json.contains("high_degc")) policy.high_degc = json.at("high_degc").get<double>();
+  for (const OptionalNumber& n : kOptional) {
+    if (json.contains(n.key)) policy.*n.value = json.at(n.key).get<double>();
+  }
   return policy;
 }
 

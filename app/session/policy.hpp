@@ -6,6 +6,7 @@
 #include <span>
 
 #include "app/device/device.hpp"
+#include "core/plan/plan.hpp"
 
 namespace trammel::session {
 
@@ -18,7 +19,9 @@ std::span<const RetryRule> retry_rules();
 int tries_for(device::Status status);
 
 struct Policy {
-  double gate_mm = 20;           // measured against commanded; beyond it everything stops
+  // Measured against commanded; beyond it everything stops. Absent: as PoseGate.
+  std::optional<double> gate_mm = {};
+  std::optional<double> gate_deg = {};
   double retry_wait_s = 2;       // before a point is tried again
   double beam_patience_s = 300;  // how long a try waits for the reflector to be locked again
 
@@ -32,6 +35,29 @@ struct Policy {
   double patience_s = 3600;
   double poll_s = 30;
 };
+
+/// How far a platform may be measured from where it was sent, before it is taken for another pose
+/// (of the point before, of exchanged nests) or for a robot that is lost.
+///
+/// As stated (`gate_mm`, `gate_deg`), from the target; else, from the target plus the deviation of
+/// the stored point nearest to it, which a robot not yet calibrated shares,
+///   0.4 s + 0.02 d,   s the smallest way between neighbours in the plan, 0.5 mm at least;
+///                     d the distance of that point
+///   0.4 t + 0.02 |turn to it|,  t the smallest turn between neighbours, 0.25 to 2 deg
+/// and for the first point 5 mm (0.4 s where that is more) and 3 deg. Never more than 20 mm, never
+/// less than six sigma of a difference. Proof: pose_gate_test.cpp.
+inline constexpr double kGateSlope = 0.02;  // mm per mm of distance, rad per rad of turn
+inline constexpr double kMostGateMm = 20;
+struct PoseGate {
+  double xy_mm = 0;
+  double phi_rad = 0;
+  double first_xy_mm = 0;  // while nothing is stored
+  double first_phi_rad = 0;
+  bool stated_xy = false;  // by the policy
+  bool stated_phi = false;
+};
+PoseGate pose_gate(const Policy& policy, const Plan& plan,
+                   const std::optional<TrackerSigma>& sigma);
 
 /// Throws UsageError that names the option: not finite, negative, a band without room.
 void validate(const Policy& policy);

@@ -47,13 +47,15 @@ Runner::Runner(store::Connection& connection, std::shared_ptr<device::Devices> d
       course_(course),
       surroundings_(surroundings),
       wishes_(connection, course.session.id, surroundings.stop_signals),
-      hands_(devices_, course.settings.check, surroundings.deadlines, [this] {
-        try {
-          return wishes_.now() == Wish::stop_now;
-        } catch (const Error&) {
-          return false;  // a database that fails is met where something must be stored
-        }
-      }) {}
+      hands_(devices_, course.settings.check, surroundings.deadlines,
+             [this] {
+               try {
+                 return wishes_.now() == Wish::stop_now;
+               } catch (const Error&) {
+                 return false;  // a database that fails is met where something must be stored
+               }
+             }),
+      gate_(pose_gate(course.settings.policy, course.plan, devices_->sigma)) {}
 
 void Runner::advance(Event event) {
   const std::optional<State> to = next(state_, event);
@@ -97,6 +99,7 @@ void Runner::learn_stored() {
     stood_[seq] = {r.data.reading.conditions.cmd_mm, r.data.reading.conditions.from_mm};
     measured_.insert_or_assign(seq, r);
   }
+  for (const auto& [seq, stored] : measured_) learn_step(seq);
   open_.clear();
   for (const PlannedPoint& point : course_.plan.points) {
     if (!stood_.contains(point.seq)) open_.push_back(point);
@@ -145,7 +148,7 @@ Outcome Runner::walk_on(bool resuming, bool new_set_up) {
   }
   progress_->end();
   if (state_ == State::stopped) {
-    if (detail_.empty()) detail_ = "stopped by the operator";
+    if (detail_.empty()) detail_ = "stopped by " + surroundings_.stopped_by();
     note("stopped", detail_);
   }
   if (state_ == State::homed || state_ == State::stored) count();
@@ -163,7 +166,11 @@ void Runner::measure_open(bool resuming) {
       advance(Event::pause_asked);
       return note("paused", "by the operator");
     }
-    if (!conditions_hold(point) || !measure_point(point)) return;
+    for (bool measured = false; !measured;) {
+      if (!conditions_hold(point)) return;
+      measured = measure_point(point);
+      if (!measured && stepped_.empty()) return;
+    }
   }
   look_at_base_once_more();
 }

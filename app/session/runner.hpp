@@ -85,6 +85,8 @@ class Runner {
   Failure drive(const PlannedPoint& point, const device::Occasion& occasion, Reading& reading);
   Failure read(const device::Occasion& occasion, store::NewReading& stored);
   [[nodiscard]] Failure judge(const store::NewReading& stored) const;
+  [[nodiscard]] Failure look_for_step(const store::NewReading& stored) const;
+  void learn_step(int seq);
   [[nodiscard]] Standing start_of(const PlannedPoint& point) const;
   [[nodiscard]] device::Occasion occasion_of(const PlannedPoint& point);
 
@@ -105,6 +107,7 @@ class Runner {
   Found look_at_conditions(const PlannedPoint& point, bool suspended);
   Found look_at_base(const PlannedPoint& point, bool suspended);
   void look_at_base_once_more();
+  void believe(const PlannedPoint& point);
   void pass(double seconds, Wish until = Wish::stop);
 
   store::Connection& connection_;
@@ -117,6 +120,10 @@ class Runner {
   store::Epoch epoch_;
   std::map<int, Standing> stood_;                 // by seq of the points that are stored
   std::map<int, store::StoredReading> measured_;  // the same
+  PoseGate gate_;
+  double usual_mm_ = 0;  // the largest difference between the deviations of neighbours so far
+  std::string stepped_;  // what has made a step, in words, until the set-up was looked at
+  int believed_ = 0;     // seq of the point at which the set-up was found to be where it was
   std::vector<PlannedPoint> open_;
   std::optional<terminal::Progress> progress_;
   std::string trail_;  // of the try that goes on

@@ -269,6 +269,7 @@ Outcome run(store::Connection& connection, const Request& request,
             const Surroundings& surroundings) {
   if (request.session.empty()) throw UsageError({.what = "a session needs a name"});
   validate(request.policy);
+  std::optional<ControllerLock> alone;  // until the devices are let go
   const auto devices =
       std::make_shared<device::Devices>(surroundings.open(request.stage, request.tracker));
   Course course;
@@ -279,6 +280,7 @@ Outcome run(store::Connection& connection, const Request& request,
 
   course.campaign = campaign_for(connection, request, *devices);
   const CampaignLock lock(connection.file(), course.campaign.uuid);
+  if (!devices->controller.empty()) alone.emplace(devices->controller);
   take_in(connection, course.campaign);
   const auto sessions = store::list_sessions(connection, course.campaign.id);
   course.settings = settings_after(sessions, request, *devices);
@@ -313,7 +315,9 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
   take_in(connection, owner);
   Course course = stored_course(connection, owner, session);
   if (is_done(course.session)) return done_before(course.session);
+  std::optional<ControllerLock> alone;  // until the devices are let go
   const auto devices = devices_of(course, surroundings);
+  if (!devices->controller.empty()) alone.emplace(devices->controller);
   const Outcome looked = checked_again(course, *devices);
   if (looked.refused()) return looked;
   course.correction = correction_of(connection, course.session.compensation_job, surroundings);

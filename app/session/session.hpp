@@ -37,6 +37,7 @@ struct Surroundings {
   /// The correction that a job has stored. Needed for compensated sessions.
   std::function<Correction(store::Connection&, store::Id)> correction_of = {};
   std::function<int()> stop_signals = [] { return 0; };
+  std::function<std::string()> stopped_by = [] { return "the operator"; };  // who asked
   bool quiet = true;
   bool terminal = false;
   Deadlines deadlines = {};

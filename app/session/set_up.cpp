@@ -145,6 +145,7 @@ Runner::Visit Runner::visit_references(store::SetUp set_up, const ReferenceToler
 }
 
 bool Runner::set_up(bool resuming, bool new_set_up) {
+  stepped_.clear();
   if (asked_to_stop()) {
     advance(Event::stop_asked);
     return false;

@@ -161,7 +161,7 @@ void take(store::Connection& connection, const store::CampaignRow& campaign,
 }  // namespace
 
 std::filesystem::path side_file(const std::filesystem::path& database, const std::string& uuid) {
-  return database.string() + "." + uuid + ".unsaved.jsonl";
+  return std::filesystem::weakly_canonical(database).string() + "." + uuid + ".unsaved.jsonl";
 }
 
 void keep_aside(const std::filesystem::path& file, const UnsavedReading& reading) {

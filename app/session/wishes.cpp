@@ -32,15 +32,15 @@ Wishes::Wishes(store::Connection& connection, store::Id session, std::function<i
 }
 
 Wish Wishes::now() {
+  const int signals = signals_();
+  if (signals >= 2) return Wish::stop_now;  // whatever the database says, and when
   for (const store::Event& event : store::events(connection_, session_, seen_)) {
     seen_ = event.id;
     for (const Kind& k : kKinds) {
       if (event.kind == k.kind) asked_ = asked_ >= Wish::stop ? std::max(asked_, k.wish) : k.wish;
     }
   }
-  const int signals = signals_();
-  const Wish signalled = signals >= 2 ? Wish::stop_now : signals == 1 ? Wish::stop : Wish::none;
-  return std::max(asked_, signalled);
+  return std::max(asked_, signals == 1 ? Wish::stop : Wish::none);
 }
 
 }  // namespace trammel::session

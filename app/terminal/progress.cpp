@@ -14,10 +14,14 @@ namespace {
 constexpr int kBarWidth = 24;
 constexpr int kLines = 10;  // where stderr is no terminal
 
+/// What nobody can read any more is no error: what goes on here goes on.
+void talk(const std::string& text) { std::fputs(text.c_str(), stderr); }
+
 }  // namespace
 
 std::string clock_text(double seconds) {
-  const long total = static_cast<long>(std::max(seconds, 0.0) + 0.5);
+  constexpr double kMostS = 3.6e9;  // a million hours; NaN compares false
+  const long total = static_cast<long>((seconds > 0 ? std::min(seconds, kMostS) : 0.0) + 0.5);
   const long h = total / 3600, m = total / 60 % 60, s = total % 60;
   return h > 0 ? fmt::format("{}:{:02}:{:02}", h, m, s) : fmt::format("{}:{:02}", m, s);
 }
@@ -42,18 +46,18 @@ void Progress::reached(int done, const std::string& note) {
   if (terminal_) {
     const auto full = static_cast<std::size_t>(kBarWidth * done_ / total_);
     const std::string bar = std::string(full, '#') + std::string(kBarWidth - full, '.');
-    fmt::print(stderr, "\r[{}] {}\x1b[K", bar, line);
+    talk(fmt::format("\r[{}] {}\x1b[K", bar, line));
   } else if (done_ == total_ || done_ * kLines / total_ != before * kLines / total_) {
-    fmt::print(stderr, "{}\n", line);
+    talk(line + "\n");
   }
 }
 
 void Progress::say(const std::string& text) {
-  if (!quiet_) fmt::print(stderr, "{}{}\n", terminal_ ? "\r\x1b[K" : "", printable(text));
+  if (!quiet_) talk((terminal_ ? "\r\x1b[K" : "") + printable(text) + "\n");
 }
 
 void Progress::end() {
-  if (!quiet_ && terminal_ && done_ > already_) fmt::print(stderr, "\n");
+  if (!quiet_ && terminal_ && done_ > already_) talk("\n");
 }
 
 }  // namespace trammel::terminal

@@ -128,6 +128,10 @@ TEST_CASE("what is no whole answer in time is a lost one", "[device][galil]") {
                            {{"", true}, LinkError::Kind::closed, "closed"},
                            {{" 409", true}, LinkError::Kind::closed, "half"},
                            {{"what?\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
+                           {{" 1e308\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
+                           {{" 4294967296\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
+                           {{"-\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
+                           {{"nan\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
                            {{"?"}, LinkError::Kind::nonsense, "refuses"}}) {
     CAPTURE(loss.answer.bytes, loss.answer.close);
     const auto server = controller();

@@ -70,6 +70,7 @@ TEST_CASE("what a stage cannot do is refused with its line before anything moves
                         {"/motion/acceleration_mm_s2", 2e6, "motion.acceleration_mm_s2", false},
                         {"/motion/settle_band_mm", 0.001, "motion.settle_band_mm", false},
                         {"/motion/following_mm", 0.004, "motion.following_mm", false},
+                        {"/motion/following_mm", 1e300, "motion.following_mm", false},
                         {"/motion/settle_timeout_s", 0.1, "motion.settle_timeout_s", false},
                         {"/controller/reply_timeout_s", -1, "controller.reply_timeout_s", true},
                         {"/homing/speed_mm_s", 0, "homing.speed_mm_s", true},

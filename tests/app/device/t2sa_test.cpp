@@ -19,10 +19,10 @@ const std::vector<NestPoint> kBody = {
 const Eigen::Isometry3d kTrackerInBase =
     fixed_axes({500, -2000, 300}, {rad_from_deg(0.4), rad_from_deg(-0.3), rad_from_deg(25)});
 
-std::string point_line(const Eigen::Vector3d& at_mm, const char* good = "True") {
-  return fmt::format(
-      "ACK-300 Single Point Measurement PT result {:.6f},{:.6f},{:.6f} 11/27/2026 14:00:00 {}\r\n",
-      at_mm.x(), at_mm.y(), at_mm.z(), good);
+std::string point_line(const std::string& name, const Eigen::Vector3d& at_mm,
+                       const char* good = "True", const char* stamp = "11/27/2026 14:00:00") {
+  return fmt::format("ACK-300 Single Point Measurement {} result {:.6f},{:.6f},{:.6f} {} {}\r\n",
+                     name, at_mm.x(), at_mm.y(), at_mm.z(), stamp, good);
 }
 
 Eigen::Vector3d seen(const Eigen::Vector3d& in_base_mm) {
@@ -47,6 +47,7 @@ struct Sa {
     settings.nests.frame.body = kBody;
     settings.nests.frame.T_B_T = kTrackerInBase;
     settings.nests.sigma_mm = 0.005;
+    settings.by_host_clock = false;  // what it says is the same for ever
     for (const NestPoint& nest : kBody) {
       settings.points.push_back({nest.nest, "A;platform;" + nest.nest});
     }
@@ -58,7 +59,7 @@ struct Sa {
   }
   void stand(const Pose& pose) {
     for (const NestPoint& nest : kBody) {
-      server.on(ask(nest.nest), point_line(seen(in_base(nest.at_mm, pose))));
+      server.on(ask(nest.nest), point_line(nest.nest, seen(in_base(nest.at_mm, pose))));
     }
   }
 };
@@ -91,7 +92,11 @@ TEST_CASE("replies of T2SA are read as they stand, and others are not", "[device
   const auto frame = parse_t2sa_offset(
       "Object Offset Report FrameM2_1;X:1.0;Y:2.0;Z:3.0;Rx:0;Ry:0;Rz:90.0;02/12/2025 16:40:57");
   REQUIRE(frame);
-  CHECK((*frame * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(1, 3, 3)).norm() < 1e-12);
+  CHECK((frame->T * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(1, 3, 3)).norm() < 1e-12);
+  CHECK(frame->name == "FrameM2_1");
+  CHECK(frame->stamp_s == parse_stamp_s("02/12/2025 16:40:57"));
+  CHECK(point->name == "PT");
+  CHECK(point->stamp_s == frame->stamp_s);
   CHECK_FALSE(parse_t2sa_offset("Object Offset Report F;X:1;Y:2;Z:3;Rx:0;Ry:0;Rz:no;now"));
 }
 
@@ -149,7 +154,7 @@ TEST_CASE("the base nests tell where the tracker stands, once an epoch", "[devic
        {NestPoint{"B1", {700, 0, 0}}, {"B2", {-350, 600, 5}}, {"B3", {-350, -600, -5}}}) {
     sa.settings.base.push_back(nest);
     sa.settings.base_points.push_back({nest.nest, "A;base;" + nest.nest});
-    sa.server.on("!MEAS_SINGLE_POINT:A;base;" + nest.nest, point_line(seen(nest.at_mm)));
+    sa.server.on("!MEAS_SINGLE_POINT:A;base;" + nest.nest, point_line(nest.nest, seen(nest.at_mm)));
   }
   T2saTracker tracker(sa.settings);
   for (int k = 0; k < 2; ++k) {
@@ -183,7 +188,7 @@ TEST_CASE("each refusal of T2SA has its status, and keeps its words", "[device][
         {"ERR-341 Not connected to SA\r\n", Status::fault, "ERR-341"},
         {"ERR-200 Command rejected\r\n", Status::fault, "ERR-200"},
         {"ERR-201 SA is busy\r\n", Status::timeout, "ERR-201"},
-        {"ACK-300 Measured well\r\n", Status::fault, "no known form"},
+        {"ACK-300 Measured well\r\n", Status::timeout, "nobody asked for"},
         {"measured well\r\n", Status::fault, "no known form"}}) {
     CAPTURE(c.answer);
     Sa sa;
@@ -198,9 +203,9 @@ TEST_CASE("a point that was not accepted, or points of no rigid body, are unstab
           "[device][t2sa]") {
   Sa sa;
   const Eigen::Vector3d at = seen(in_base(kBody[0].at_mm, {12.5, -7.25, 0.01}));
-  sa.server.on(Sa::ask("P1"), point_line(at, "False"));
+  sa.server.on(Sa::ask("P1"), point_line("P1", at, "False"));
   CHECK(T2saTracker(sa.settings).measure(kOccasion).status == Status::unstable);
-  sa.server.on(Sa::ask("P1"), point_line(at + Eigen::Vector3d(0.1, 0, 0)));
+  sa.server.on(Sa::ask("P1"), point_line("P1", at + Eigen::Vector3d(0.1, 0, 0)));
   const PoseReport report = T2saTracker(sa.settings).measure(kOccasion);
   CHECK(report.status == Status::unstable);
   CHECK_THAT(report.detail, Catch::Matchers::Contains("not rigid"));
@@ -209,7 +214,7 @@ TEST_CASE("a point that was not accepted, or points of no rigid body, are unstab
   sa.settings.nests.out_of_plane_mm = 0.02;
   for (const NestPoint& nest : kBody) {
     const Eigen::Vector3d tilted = fixed_axes({0, 0, 0}, {0.001, 0, 0}) * nest.at_mm;
-    sa.server.on(Sa::ask(nest.nest), point_line(seen(tilted)));
+    sa.server.on(Sa::ask(nest.nest), point_line(nest.nest, seen(tilted)));
   }
   CHECK_THAT(T2saTracker(sa.settings).measure(kOccasion).detail,
              Catch::Matchers::Contains("out of its plane"));
@@ -223,10 +228,76 @@ TEST_CASE("two nests swapped turn the triangle over, which is a fault", "[device
   CHECK_THAT(report.detail, Catch::Matchers::Contains("mirrored"));
 }
 
+TEST_CASE("an answer to another question, or a second one, is none: the next has a new line",
+          "[device][t2sa]") {
+  const Pose pose{12.5, -7.25, 0.01};
+  const std::string p1 = point_line("P1", seen(in_base(kBody[0].at_mm, pose)));
+  const std::string p2 = point_line("P2", seen(in_base(kBody[1].at_mm, pose)));
+  for (const std::string& wrong : {p2, p1 + p1, p1 + p2}) {
+    CAPTURE(wrong);
+    Sa sa;
+    sa.server.on(Sa::ask("P1"), {{wrong}, {p1}});
+    T2saTracker tracker(sa.settings);
+    const PoseReport report = tracker.measure(kOccasion);
+    CHECK(report.status == Status::timeout);
+    CHECK_THAT(report.detail, Catch::Matchers::Contains("nobody asked for"));
+    CHECK(tracker.measure(kOccasion).ok());
+    CHECK(sa.server.connections() == 2);
+  }
+  Sa sa;  // for ever: no pose, whatever the triangle of nests
+  sa.server.on(Sa::ask("P1"), p2);
+  sa.server.on(Sa::ask("P2"), p1);
+  T2saTracker tracker(sa.settings);
+  for (int k = 0; k < 3; ++k) CHECK(tracker.measure(kOccasion).status == Status::timeout);
+}
+
+TEST_CASE("an object's frame must name its group, and be of now", "[device][t2sa]") {
+  Sa sa;
+  sa.settings.points.clear();
+  sa.settings.object_group = "platform";
+  const auto says = [&](const char* name, const char* stamp) {
+    sa.server.on("?POS platform", fmt::format("ACK-300 Object Offset Report {};X:1;Y:2;Z:3;Rx:0;"
+                                              "Ry:0;Rz:0;{}\r\n",
+                                              name, stamp));
+  };
+  sa.server.on("!CMDEXE:platform", "ACK-106 Successfully ran CMD platform\r\n");
+  T2saTracker tracker(sa.settings);
+  says("FramePLATFORM_1", "11/27/2026 14:00:00");
+  CHECK(tracker.measure(kOccasion).ok());
+  CHECK(tracker.measure(kOccasion).ok());  // the control: it has not moved
+  const Occasion moved{.reading = 2, .time_s = 0, .epoch = 1, .moved_mm = 10};
+  CHECK(tracker.measure(moved).status == Status::timeout);
+  says("FrameBase_1", "11/27/2026 14:00:01");
+  CHECK(tracker.measure(kOccasion).status == Status::timeout);
+  says("FramePlatform_1", "99/99/0000 14:00:01");
+  CHECK(tracker.measure(kOccasion).status == Status::timeout);
+}
+
+TEST_CASE("points that are not of now are none", "[device][t2sa]") {
+  Sa sa;
+  T2saTracker tracker(sa.settings);
+  const Eigen::Vector3d at = seen(in_base(kBody[1].at_mm, {12.5, -7.25, 0.01}));
+  REQUIRE(tracker.measure(kOccasion).ok());
+  const Occasion moved{.reading = 2, .time_s = 0, .epoch = 1, .moved_mm = 10};
+  const PoseReport frozen = tracker.measure(moved);
+  CHECK(frozen.status == Status::timeout);
+  CHECK_THAT(frozen.detail, Catch::Matchers::Contains("the last one again"));
+  CHECK(tracker.measure(moved).status == Status::timeout);  // it stays so
+  sa.stand({22.5, -7.25, 0.01});
+  CHECK(tracker.measure(moved).ok());
+  for (const char* stamp : {"11/27/2026 13:59:58", "11/27/1999 14:00:00", "99/99/0000 14:00:00",
+                            "11/27/2026 24:00:00"}) {
+    CAPTURE(stamp);
+    sa.server.on(Sa::ask("P2"), point_line("P2", at, "True", stamp));
+    CHECK(tracker.measure(kOccasion).status == Status::timeout);
+  }
+}
+
 TEST_CASE("while SA is busy it is asked again", "[device][t2sa]") {
   Sa sa;
-  sa.server.on(Sa::ask("P1"), {{"ERR-201 Command rejected. SA is busy.\r\n"},
-                               {point_line(seen(in_base(kBody[0].at_mm, {12.5, -7.25, 0.01})))}});
+  sa.server.on(Sa::ask("P1"),
+               {{"ERR-201 Command rejected. SA is busy.\r\n"},
+                {point_line("P1", seen(in_base(kBody[0].at_mm, {12.5, -7.25, 0.01})))}});
   CHECK(T2saTracker(sa.settings).measure(kOccasion).ok());
   CHECK(sa.server.count(Sa::ask("P1")) == 2);
 }
@@ -237,7 +308,7 @@ TEST_CASE("a lost or halved answer times out, and the next measurement has a new
        {tests::Answer{""}, {"ACK-300 Single Point Mea"}, {"", true}, {"ACK-300 Sing", true}}) {
     CAPTURE(fault.bytes, fault.close);
     Sa sa;
-    const std::string good = point_line(seen(in_base(kBody[1].at_mm, {12.5, -7.25, 0.01})));
+    const std::string good = point_line("P2", seen(in_base(kBody[1].at_mm, {12.5, -7.25, 0.01})));
     sa.server.on(Sa::ask("P2"), {fault, {good}});
     T2saTracker tracker(sa.settings);
     const PoseReport report = tracker.measure(kOccasion);

@@ -39,8 +39,8 @@ TEST_CASE("the examples of trackers are read as they stand, and valid", "[device
   const TrackerFile t2sa = read_tracker(kExamples + "t2sa.json");
   CHECK(t2sa.kind == "t2sa");
   CHECK(t2sa.tracker->describe() == "laser tracker behind T2SA at 192.168.1.20:50000");
-  // An equilateral triangle of 150 mm: sigma / sqrt(3 r^2) = 5 um / 150 mm = 33 urad.
-  CHECK(t2sa.sigma.phi_rad == Approx(0.005 / 150).epsilon(1e-4));
+  // About their centroid, the origin: sigma / sqrt(sum r^2), r^2 = 8200 + 8900 + 6500 mm^2.
+  CHECK(t2sa.sigma.phi_rad == Approx(0.005 / std::sqrt(23600.0)).epsilon(1e-4));
   CHECK(t2sa.sigma.xy_mm == Approx(0.005 / std::sqrt(3.0)).epsilon(1e-4));
   const TrackerFile file = read_tracker(kExamples + "tracker_file.json");
   CHECK(file.kind == "file");
@@ -95,6 +95,23 @@ TEST_CASE("one nest gives no orientation, and the file that asks for it is told 
   json["nests"][1]["y_mm"] = json["nests"][0]["y_mm"];
   json["nests"].erase(2);
   CHECK_THAT(tracker_error(json).what, Catch::Matchers::Contains("give no pose"));
+}
+
+TEST_CASE("a triangle of nests with equal sides is refused, but for a stated reason",
+          "[device][tracker]") {
+  TrackerJson json = tracker_example("t2sa.json");
+  json["nests"][0]["x_mm"] = -10;  // as far from P2 as from P3
+  json["nests"][0]["y_mm"] = 30;
+  CHECK_THAT(tracker_error(json).what, Catch::Matchers::Contains("equal sides"));
+  CHECK(tracker_error(json).where.field == "nests");
+  json["nests"][0]["y_mm"] = 30.1;  // 0.009 mm apart, six sigma are 0.042 mm
+  CHECK_THAT(tracker_error(json).what, Catch::Matchers::Contains("equal sides"));
+  TrackerJson told = json;
+  told["symmetric_because"] = "the platform has been drilled so";
+  CHECK_NOTHROW(parse_tracker(told.dump(), "tracker.json"));
+  CHECK(tests::schema_errors(told, "tracker.schema.json") == "");
+  json["nests"][0]["y_mm"] = 32;  // the control
+  CHECK_NOTHROW(parse_tracker(json.dump(), "tracker.json"));
 }
 
 TEST_CASE("a real stage and a real tracker are opened without a word to either",

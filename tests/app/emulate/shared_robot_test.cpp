@@ -142,6 +142,7 @@ TEST_CASE("a standing survives its way over the line, and nonsense does not", "[
   CHECK(parse_standing(standing_text(standing)) == standing);
   CHECK_THROWS_AS(parse_standing("1 2 3"), DeviceError);
   CHECK_THROWS_AS(parse_standing("1 2 3 1 2 3 1e300 0 0"), DeviceError);
+  CHECK_THROWS_AS(parse_standing("1 2 3 1 2 3 1 1e300 0"), DeviceError);
   CHECK_THROWS_AS(ask_standing("nowhere"), UsageError);
   CHECK_THROWS_WITH(ask_standing("127.0.0.1:1"), Contains("emulate galil"));
 }

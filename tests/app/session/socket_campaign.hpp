@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -46,6 +47,7 @@ class WireLog {
     emulate::Emulated to = emulate::Emulated::stage;
     std::string text;
     bool struck = false;  // a fault befell it
+    std::chrono::steady_clock::time_point at = std::chrono::steady_clock::now();
   };
   void add(Line line) {
     const std::lock_guard guard(mutex_);
@@ -70,23 +72,34 @@ class WireLog {
   std::vector<Line> lines_;
 };
 
+/// What a proxy between the program and a device does to the answers: before anybody connects.
+struct Proxy {
+  /// Changes an answer: renames, repeats, holds back one before.
+  std::function<void(std::string& answer)> alter = {};
+  /// The same, of what is answered at once, by what was asked.
+  std::function<void(std::string_view asked, std::string& answer)> alter_asked = {};
+  /// Seconds that the answer is late.
+  std::function<double(std::string_view asked)> late_s = {};
+};
+
 /// A wire that is listened to.
 class Tapped : public emulate::Conversation {
  public:
-  using Alter = std::function<void(std::string& answer)>;
   Tapped(std::unique_ptr<Conversation> behind, emulate::Emulated to, const emulate::Faults& faults,
-         WireLog& log, const Alter& alter)
-      : behind_(std::move(behind)), to_(to), faults_(faults), log_(log), alter_(alter) {}
+         WireLog& log, const Proxy& proxy)
+      : behind_(std::move(behind)), to_(to), faults_(faults), log_(log), proxy_(proxy) {}
 
   std::vector<emulate::Answer> receive(std::string_view bytes) override {
     const int before = struck_in_all(faults_);
     auto answers = behind_->receive(bytes);
     log_.add({to_, std::string(bytes), struck_in_all(faults_) != before});
     for (emulate::Answer& answer : answers) {
-      if (!alter_ || !answer.finish) continue;
-      answer.finish = [alter = alter_, finish = std::move(answer.finish)] {
+      if (proxy_.late_s) answer.after += std::chrono::duration<double>(proxy_.late_s(bytes));
+      if (proxy_.alter_asked && !answer.finish) proxy_.alter_asked(bytes, answer.bytes);
+      if (!proxy_.alter || !answer.finish) continue;
+      answer.finish = [proxy = &proxy_, finish = std::move(answer.finish)] {
         std::string text = finish();
-        alter(text);
+        proxy->alter(text);  // in place: it may have a memory
         return text;
       };
     }
@@ -98,21 +111,24 @@ class Tapped : public emulate::Conversation {
   emulate::Emulated to_;
   const emulate::Faults& faults_;
   WireLog& log_;
-  const Alter& alter_;
+  const Proxy& proxy_;
 };
 
 /// Both emulators as servers over one virtual robot.
 struct SocketLaboratory {
   emulate::Faults stage_faults, tracker_faults;
   WireLog log;
-  Tapped::Alter alter_tracker = {};  // what an instrument says, changed: before anybody connects
+  Proxy to_stage = {}, to_tracker = {};
   emulate::EmulatedRobot robot;
   emulate::Galil galil;
   emulate::EmulatedTracker tracker;
   emulate::Server stage_server, tracker_server;
 
-  SocketLaboratory(const simulate::Truth& truth, double step_s)
-      : robot(simulate::VirtualRobot(truth), {}, ticking(step_s)),
+  /// `step_s` of each look at the time; 0: the time is the world's own.
+  SocketLaboratory(const simulate::Truth& truth, double step_s,
+                   const emulate::EmulatedRobot::Rails& rails = {})
+      : robot(simulate::VirtualRobot(truth), rails,
+              step_s > 0 ? ticking(step_s) : emulate::wall_clock(1)),
         galil(robot, stage_faults),
         tracker(
             robot.robot(), emulate::default_tracker(), [this] { return robot.standing(); },
@@ -127,9 +143,8 @@ struct SocketLaboratory {
                                const emulate::Faults& faults) {
     return [this, make = std::move(make), to,
             &faults](const emulate::Peer& peer) -> std::unique_ptr<emulate::Conversation> {
-      static const Tapped::Alter kNone;
       return std::make_unique<Tapped>(make(peer), to, faults, log,
-                                      to == emulate::Emulated::tracker ? alter_tracker : kNone);
+                                      to == emulate::Emulated::tracker ? to_tracker : to_stage);
     };
   }
 };
@@ -155,6 +170,7 @@ struct SocketOptions {
   simulate::Truth truth = emulated_truth();
   double reply_timeout_s = 0.2;  // what a lost reply costs
   double step_s = 0.01;
+  emulate::EmulatedRobot::Rails rails = {};
   bool blind = false;      // the tracker's file lets pass whatever the triangle of nests tells
   bool base_nests = true;  // else the base's frame is stated
 };
@@ -162,7 +178,7 @@ struct SocketOptions {
 class SocketCampaign {
  public:
   explicit SocketCampaign(const Plan& plan, const SocketOptions& options = {})
-      : lab(options.truth, options.step_s) {
+      : lab(options.truth, options.step_s, options.rails) {
     const std::string examples = source_folder() + "/examples/emulated/";
     auto stage = nlohmann::json::parse(read_text(examples + "stage.json"));
     stage["controller"]["port"] = lab.stage_server.port();

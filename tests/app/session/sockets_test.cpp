@@ -211,7 +211,7 @@ TEST_CASE("an instrument that accepts what is unstable is caught by the look at 
   SocketOptions blind;
   blind.blind = true;
   SocketCampaign campaign(socket_plan(), blind);
-  campaign.lab.alter_tracker = &always_accepted;
+  campaign.lab.to_tracker.alter = &always_accepted;
   for (std::uint64_t nest = 1; nest <= 3; ++nest) {
     campaign.lab.tracker_faults.add({FaultKind::unstable, 3 + 3 + nest, ""});  // of point 2
   }
@@ -220,7 +220,7 @@ TEST_CASE("an instrument that accepts what is unstable is caught by the look at 
   CHECK(campaign.problems().size() == 1);
 
   SocketCampaign rigid(socket_plan());  // and with them it is refused, whatever was said of it
-  rigid.lab.alter_tracker = &always_accepted;
+  rigid.lab.to_tracker.alter = &always_accepted;
   rigid.arm(2, Emulated::tracker, {FaultKind::unstable, 1, ""});
   CHECK(rigid.run().state == State::done);
   CHECK(rigid.problems().empty());
