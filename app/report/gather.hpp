@@ -12,7 +12,7 @@ namespace trammel::report {
 /// that is compared with it (core/judge/walk.hpp), point by point. Where there is none (an imported
 /// campaign), after is predicted from the readings before, and says so. In-sample: the fit was made
 /// at these targets (core/judge/seen.hpp). All methods are judged on the same baseline. Proof:
-/// report_test.cpp, agreement_test.cpp.
+/// report_test.cpp, speakers_agree_test.cpp.
 Report gather(store::Connection& connection, const store::CampaignRow& campaign);
 
 }  // namespace trammel::report
