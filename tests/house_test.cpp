@@ -121,3 +121,19 @@ TEST_CASE("heavy headers stay where they are wrapped", "[house]") {
     }
   }
 }
+
+TEST_CASE("every file and folder that CONTRIBUTING names is there", "[house]") {
+  static const std::regex kPath(
+      "`((?:core|store|app|tests|scripts|schemas|examples)/[a-zA-Z0-9_./-]*)`");
+  const std::filesystem::path root = tests::source_folder();
+  std::ostringstream text;
+  text << std::ifstream(root / "CONTRIBUTING.md").rdbuf();
+  int n_seen = 0;
+  for (const std::string& path : matches(text.str(), kPath)) {
+    if (path.find("NAME") != std::string::npos || path.find("NNNN") != std::string::npos) continue;
+    CAPTURE(path);
+    CHECK(std::filesystem::exists(root / path));
+    ++n_seen;
+  }
+  CHECK(n_seen > 15);
+}
