@@ -5,6 +5,7 @@
 
 #include "app/job/run.hpp"
 #include "app/report/methods.hpp"
+#include "store/transaction.hpp"
 
 namespace trammel::report {
 
