@@ -126,7 +126,11 @@ TEST_CASE("an answer of another point, of another time or of the pose before is 
     CHECK(problems.empty());
   }
   SocketCampaign open(proxied_plan());  // the control: what lets a pose pass stores a wrong one
-  open.lab.to_tracker.alter = lagging_unlike();
+  open.lab.to_tracker.alter = [lag = lagging_unlike()](std::string& answer) {
+    lag(answer);
+    answer = std::regex_replace(answer, std::regex("\\d\\d/\\d\\d/\\d{4} \\d\\d:\\d\\d:\\d\\d"),
+                                "01/05/2026 08:00:00");
+  };
   open.request.policy.gate_mm = 1e3;
   static_cast<void>(open.run());
   CHECK_FALSE(open.problems(false).empty());
