@@ -1,7 +1,6 @@
 #include "app/report/accuracy.hpp"
 
 #include <map>
-#include <tuple>
 
 #include "app/job/run.hpp"
 #include "app/report/methods.hpp"
