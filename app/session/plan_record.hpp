@@ -32,7 +32,6 @@ PlanRecord read_plan_record(const std::filesystem::path& file);
 /// What is missing before a real stage may walk the plan, in words that say what to do; empty:
 /// nothing. `file`: "" when none was given. Proof: safety_test.cpp.
 std::vector<std::string> missing_record(const std::string& file, const Plan& plan,
-                                        const Mechanism& mechanism, const CheckOptions& check,
-                                        Existing existing = Existing::refuse);
+                                        const Mechanism& mechanism, const CheckOptions& check);
 
 }  // namespace trammel::session
