@@ -125,9 +125,6 @@ int run_chosen(const Line& line) {
   const Context& context = line.context;
   try {
     const ExitCode code = context.chosen();
-    if (std::fflush(stdout) != 0) {
-      return fail(ExitCode::error, {.what = "could not write to stdout"}, context.json);
-    }
     if (!context.suggested) {
       const std::string next = next_step(line.app, line.words, code);
       if (!next.empty()) context.next(next);
@@ -224,14 +221,31 @@ void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand
   only_decimal_numbers(app);
 }
 
+namespace {
+
+/// What was printed may still be lost: a full disk behind stdout, a closed pipe. Looked at once, at
+/// the end; ferror remembers what failed on the way.
+int with_output_delivered(int code, const std::vector<std::string>& words) {
+  const bool delivered = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  std::clearerr(stdout);
+  if (delivered || (code != 0 && code != static_cast<int>(ExitCode::not_acceptable))) return code;
+  return fail(ExitCode::error,
+              {.what = "could not write all of the output to stdout",
+               .hint = "is there space where it goes?"},
+              std::ranges::find(words, "--json") != words.end());
+}
+
+}  // namespace
+
 int run_cli(const std::vector<std::string>& words, const std::vector<ProgramCommand>& commands) {
   std::vector<ProgramCommand> named;
   std::ranges::copy_if(
       commands, std::back_inserter(named), [&words](const ProgramCommand& command) {
         return command.name != nullptr && std::ranges::find(words, command.name) != words.end();
       });
-  if (const auto code = run_among(named, words, Explain::no)) return *code;
-  return run_among(commands, words, Explain::yes).value();
+  auto code = run_among(named, words, Explain::no);
+  if (!code) code = run_among(commands, words, Explain::yes);
+  return with_output_delivered(code.value(), words);
 }
 
 }  // namespace trammel::cli

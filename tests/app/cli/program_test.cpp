@@ -127,6 +127,36 @@ TEST_CASE("a database of another program is refused with 8 and left as it is", "
   CHECK_THAT(tests::read_text(folder.path() / "trammel.db"), Contains("my aunt"));
 }
 
+TEST_CASE("output that a full disk loses ends with 1, not with half of it and 0", "[cli]") {
+  const TemporaryFolder folder;
+  REQUIRE(run_program({"campaign", "import", kDriveError}, folder.path()).exit_code == 0);
+  const std::string program = tests::build_folder() + "/trammel ";
+  for (const char* words : {"--version", "--help", "man", "campaign list", "report drive-error",
+                            "report drive-error --json", "query v_accuracy"}) {
+    CAPTURE(words);
+    const auto to = [&](const char* sink) {
+      return tests::run_command({"sh", "-c", program + words + " >" + sink}, folder.path());
+    };
+    const Finished lost = to("/dev/full");
+    CHECK(lost.exit_code == 1);
+    CHECK_THAT(lost.err, Contains("stdout"));
+    CHECK(to("/dev/null").exit_code == 0);
+  }
+}
+
+TEST_CASE("a page is never written over the laboratory it was made of", "[cli]") {
+  const TemporaryFolder folder;
+  REQUIRE(run_program({"campaign", "import", kDriveError}, folder.path()).exit_code == 0);
+  const std::string before = tests::read_text(folder.path() / "trammel.db");
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"report", "drive-error", "--html", "trammel.db"},
+        {"report", "drive-error", "--html", "trammel.db", "--overwrite"},
+        {"plan", "create", "paper-80", "--out", "trammel.db", "--overwrite"}}) {
+    CHECK(run_program(words, folder.path()).exit_code == 4);
+    CHECK(tests::read_text(folder.path() / "trammel.db") == before);
+  }
+}
+
 TEST_CASE("importing twice stores once, and stdout holds data only", "[cli]") {
   const TemporaryFolder folder;
   const Finished first = run_program({"campaign", "import", kDriveError, "--json"}, folder.path());
