@@ -32,6 +32,6 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file);
 /// the same numbers, bit for bit; angles leave as the degrees they came in. Files that are there
 /// already: write_output.
 void write_campaign(const CampaignFile& file, const std::filesystem::path& folder,
-                    Existing existing);
+                    Existing existing = Existing::refuse);
 
 }  // namespace trammel
