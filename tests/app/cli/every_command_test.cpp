@@ -34,7 +34,7 @@ using Words = std::vector<std::string>;
 
 const std::string kTrackerFiles = tests::source_folder() + "/examples/tracker-files/";
 
-struct Command {
+struct CommandWords {
   Words words;                       // {"campaign", "import"}
   std::vector<std::string> options;  // "--dry-run", …: its own and those all commands share
   [[nodiscard]] std::string name() const {
@@ -45,13 +45,13 @@ struct Command {
   }
 };
 
-std::vector<Command> all_commands() {
+std::vector<CommandWords> all_commands() {
   cli::Context context;
   cli::CommandLine app;
   cli::set_up(app, context, cli::commands());
-  std::vector<Command> found;
+  std::vector<CommandWords> found;
   const auto add = [&found](cli::Command leaf, Words words) {
-    Command command{std::move(words), {}};
+    CommandWords command{std::move(words), {}};
     for (const cli::Option option : leaf.options()) {
       for (const std::string& name : option.long_names()) command.options.push_back("--" + name);
     }
@@ -185,7 +185,7 @@ const Laboratory& laboratory() {
   return made;
 }
 
-Words line(const Command& command, const Words& more = {}) {
+Words line(const CommandWords& command, const Words& more = {}) {
   Words words = command.words;
   const auto example = examples().find(command.name());
   if (example == examples().end()) {
@@ -197,16 +197,16 @@ Words line(const Command& command, const Words& more = {}) {
 }
 
 /// Commands that serve until they are stopped.
-bool serves(const Command& command) {
+bool serves(const CommandWords& command) {
   return command.words[0] == "emulate" || command.words[0] == "serve";
 }
 
-Finished run(const Command& command, const Words& words) {
+Finished run(const CommandWords& command, const Words& words) {
   return serves(command) ? laboratory().serve(words) : laboratory().run(words);
 }
 
 /// "trammel/campaign-import/1"; the stages of calibrate share one.
-std::string schema_of(const Command& command) {
+std::string schema_of(const CommandWords& command) {
   if (command.words[0] == "calibrate") return "trammel/calibrate/1";
   return "trammel/" + command.words[0] +
          (command.words.size() > 1 ? "-" + command.words[1] : std::string()) + "/1";
@@ -261,7 +261,7 @@ class Measuring {
 
 TEST_CASE("every command explains itself with its exit codes and every value, in 100 columns",
           "[cli][release]") {
-  for (const Command& command : all_commands()) {
+  for (const CommandWords& command : all_commands()) {
     CAPTURE(command.name());
     Words words = command.words;
     words.emplace_back("--help");
@@ -291,7 +291,7 @@ TEST_CASE("a command that is set up alone is the one that its row names", "[cli]
 }
 
 TEST_CASE("every command answers a misspelt option with 2 and the right one", "[cli]") {
-  for (const Command& command : all_commands()) {
+  for (const CommandWords& command : all_commands()) {
     for (std::string option : {command.options.back(), std::string("--json")}) {
       if (option == "--help") continue;
       CAPTURE(command.name(), option);
@@ -311,7 +311,7 @@ TEST_CASE("every command that can change anything has --dry-run, which changes n
           "[cli][release]") {
   const Measuring measuring;
   const auto before = laboratory().files();
-  for (const Command& command : all_commands()) {
+  for (const CommandWords& command : all_commands()) {
     CAPTURE(command.name());
     const Words more = command.has("--dry-run") ? Words{"--dry-run"} : Words{};
     Words words = line(command);
@@ -338,7 +338,7 @@ TEST_CASE("every command that can change anything has --dry-run, which changes n
 
 TEST_CASE("with --json every command prints one object, valid against its schema", "[cli]") {
   const Measuring measuring;
-  for (const Command& command : all_commands()) {
+  for (const CommandWords& command : all_commands()) {
     CAPTURE(command.name());
     const Finished done = run(command, line(command, {"--json"}));
     INFO(done.err);
@@ -391,7 +391,7 @@ TEST_CASE("answers of another form, and those that are not acceptable, are valid
 TEST_CASE("every error says what to do next", "[cli]") {
   const tests::TemporaryFolder empty;
   int n_failed = 0;
-  for (const Command& command : all_commands()) {
+  for (const CommandWords& command : all_commands()) {
     CAPTURE(command.name());
     const Words more = command.has("--dry-run") ? Words{"--dry-run"} : Words{};
     const Finished failed = run_here(line(command, more), empty.path());
