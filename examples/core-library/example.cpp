@@ -26,7 +26,9 @@ int main() {
 
   std::vector<Reading> readings;
   for (const Pose& target : paper_80()) {
-    Reading r{.seq = static_cast<int>(readings.size()) + 1, .target = target};
+    Reading r;
+    r.seq = static_cast<int>(readings.size()) + 1;
+    r.target = target;
     r.conditions.cmd_mm = inverse(truth.nominal.geometry, target).l_mm;
     r.measured = robot.read(r.conditions, static_cast<std::uint64_t>(r.seq)).pose;
     readings.push_back(r);

@@ -85,7 +85,9 @@ TEST_CASE("readings predicted after are those of the robot sent through all corr
   Displacements at = inverse(paper_mechanism().geometry, Pose{}).l_mm;
   for (int k = 0; k < 60; ++k) {
     const double turn = 0.2 * k;
-    Reading r{.seq = k + 1, .target = {5 * std::cos(turn), 5 * std::sin(turn), 0}};
+    Reading r;
+    r.seq = k + 1;
+    r.target = {5 * std::cos(turn), 5 * std::sin(turn), 0};
     r.conditions.cmd_mm = inverse(paper_mechanism().geometry, r.target).l_mm;
     r.conditions.from_mm = at;
     r.measured = predict(truth, r.conditions).pose;

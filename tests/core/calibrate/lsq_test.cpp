@@ -10,6 +10,7 @@
 #include "core/judge/deviation.hpp"
 #include "core/linear/least_squares.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/plan/grids.hpp"
 #include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/cpu_levels.hpp"

@@ -31,7 +31,9 @@ std::vector<Reading> campaign(std::uint64_t seed, int from, const Pose& frame) {
   std::vector<Reading> readings;
   Displacements at = inverse(truth.nominal.geometry, truth.nominal.home).l_mm;
   for (const Pose& target : paper_80()) {
-    Reading r{.seq = static_cast<int>(readings.size()) + 1, .target = target};
+    Reading r;
+    r.seq = static_cast<int>(readings.size()) + 1;
+    r.target = target;
     r.conditions.cmd_mm = inverse(truth.nominal.geometry, target).l_mm;
     r.conditions.from_mm = at;
     r.conditions.epoch = r.seq < from ? 1 : 2;
