@@ -448,13 +448,24 @@ void add_unexplained_tie(const Work& w, const ResidualSpace& space, const Librar
   }
 }
 
+/// A course of time as such: a trend, a wave, a step. Noise that is correlated has them too, the
+/// more the less of its correlation was taken out.
+bool of_time(const Work& w, const Finding& finding) {
+  return std::ranges::any_of(time_courses(w.space), [&](const Shape& s) {
+    return s.where == finding.where && s.when == finding.when;
+  });
+}
+
 /// Successive readings agreeing (or alternating) is what stands out most, more than any shape: that
-/// is noise correlated in time as well, and is made independent (once). True when it was, and all
-/// must be tested anew.
+/// is noise correlated in time as well, and is made independent (once). So is what noise that is
+/// correlated for certain has of courses in time: its rho was estimated beside them, which leaves
+/// (1 - rho')^2 / (1 - rho)^2 of them where it came out low; now they count for it. What happened
+/// in fact, a shift, stands out after that as well. True when all must be tested anew.
 bool took_agreement_for_noise(Work& w, const StructureTest& t, double level) {
-  const bool agree = t.family_p <= level && !t.findings.empty() &&
-                     (t.findings.front().when == kSuccessiveAgree ||
-                      t.findings.front().when == kSuccessiveAlternate);
+  if (t.family_p > level || t.findings.empty()) return false;
+  const Finding& most = t.findings.front();
+  const bool agree = most.when == kSuccessiveAgree || most.when == kSuccessiveAlternate ||
+                     (w.out.noise.correlation > 0 && of_time(w, most));
   if (!agree || w.agreement_taken) return false;
   w.agreement_taken = true;
   const double before = w.out.noise.correlation;

@@ -77,9 +77,8 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
   return fit;
 }
 
-/// Heavier tails than a normal distribution's: kurtosis of the good readings beyond four of its
-/// errors.
-bool heavier_than_normal(const RobustFit& fit, double threshold) {
+/// Excess kurtosis of the readings within the threshold, in its errors sqrt(24 / n); 0 for too few.
+double tail_weight(const RobustFit& fit, double threshold) {
   double m2 = 0, m4 = 0, count = 0;
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {
     if (fit.distance[i] > threshold) continue;
@@ -90,9 +89,16 @@ bool heavier_than_normal(const RobustFit& fit, double threshold) {
       count += 1;
     }
   }
-  if (count < 30 || m2 <= 0) return false;
-  const double kurtosis = m4 * count / (m2 * m2) - 3;
-  return kurtosis > 4 * std::sqrt(24 / count);
+  if (count < 30 || m2 <= 0) return 0;
+  return (m4 * count / (m2 * m2) - 3) / std::sqrt(24 / count);
+}
+
+/// Heavier tails than a normal distribution's: beyond four errors of the kurtosis; beyond two where
+/// far readings are there to ask for them, none of which is farther than ten sigmas.
+bool heavier_than_normal(const RobustFit& fit, double threshold) {
+  const double farthest = fit.distance.maxCoeff();
+  const bool moderate = farthest > threshold && farthest < kTenSigmasSquared;
+  return tail_weight(fit, threshold) > (moderate ? 2 : 4);
 }
 
 /// Squared sigmas beyond which one of n normal readings lies in a share kFalseOutlier of campaigns.

@@ -162,12 +162,18 @@ std::optional<Candidate> solve(const Library& library, const std::vector<int>& u
   c.values = scaled.cwiseProduct(scale);
   c.std = inverse.diagonal().cwiseSqrt().cwiseProduct(scale);
   c.parameters = static_cast<int>(n);
+  c.occam = 2 * L.diagonal().array().log().sum() - 2 * scale.array().log().sum();
   for (Eigen::Index i = 0; i < n; ++i) {
     const int ci = columns[static_cast<std::size_t>(i)];
     const double slack = 2 * c.std[i];
     c.usual = c.usual && (library.usual_min[ci] < 0 || c.values[i] >= -slack);
   }
-  c.score = c.gain - price_of(library, units) - (c.usual ? 0 : kPriceOfImpossible);
+  for (const int column : columns) c.occam += 2 * std::log(library.usual_max[column]);
+  const double possible = c.gain - (c.usual ? 0 : kPriceOfImpossible);
+  const double price = price_of(library, units);
+  c.score = possible - price;
+  c.weight = possible -
+             std::min(price, c.occam + kPriceOfPresence * static_cast<double>(c.effects.size()));
   return c;
 }
 
@@ -289,10 +295,10 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
 std::vector<Candidate> family_of(const Library& library, const Candidate& best,
                                  const std::vector<Candidate>& all) {
   std::vector<std::vector<int>> sets;
-  double highest = best.score;
+  double highest = best.weight;
+  for (const Candidate& c : all) highest = std::max(highest, c.weight);
   for (const Candidate& c : all) {
-    highest = std::max(highest, c.score);
-    if (c.usual && c.score >= highest - kFamily) sets.push_back(c.effects);
+    if (c.usual && std::max(c.score, c.weight) >= highest - kFamily) sets.push_back(c.effects);
   }
   sets.push_back(best.effects);
   for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
@@ -311,11 +317,11 @@ std::vector<Candidate> family_of(const Library& library, const Candidate& best,
     std::vector<int> chosen;
     each_choice(library, units, 0, chosen, [&](const std::vector<int>& these) {
       auto c = solve(library, these);
-      if (c && c->usual && c->score >= highest - kFamily) family.push_back(*std::move(c));
+      if (c && c->usual && c->weight >= highest - kFamily) family.push_back(*std::move(c));
     });
   }
   std::stable_sort(family.begin(), family.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+                   [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
   return family;
 }
 
@@ -340,7 +346,7 @@ Average average(const Library& library, const std::vector<Candidate>& family) {
   mean.value = mean.square = Eigen::VectorXd::Zero(library.gram.cols());
   double total = 0;
   for (const Candidate& c : family) {
-    const double weight = std::exp(0.5 * (c.score - family.front().score));
+    const double weight = std::exp(0.5 * (c.weight - family.front().weight));
     total += weight;
     for (const int e : c.effects) mean.probability[static_cast<std::size_t>(e)] += weight;
     Eigen::Index first = 0;
@@ -411,7 +417,7 @@ Candidate with_all_rails(const Library& library, const Candidate& best) {
     if (on_all) continue;
     const bool stands_for = std::any_of(best.units.begin(), best.units.end(), [&](int own) {
       return library.units[static_cast<std::size_t>(own)].effect == about.effect &&
-             exchanged(own, unit) > best.gain - kEvidence20To1;
+             exchanged(own, unit) > best.gain - kStandsFor;
     });
     if (stands_for) widen(unit);
   }

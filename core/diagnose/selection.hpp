@@ -42,7 +42,10 @@ struct Candidate {
   int parameters = 0;
   double gain = 0;    // fall of chi^2 against the base alone, less what the ranges cost
   double score = 0;   // gain less the price of the library searched
+  double occam = 0;   // ln det(I + U G U), U the usual ranges: what the width of the priors costs
   bool usual = true;  // every value has a sign that its effect can have
+  /// Twice the log of the set's weight in an average, up to a constant.
+  double weight = 0;
 };
 
 // The price, in chi^2: an effect that is not there adds its name by chance in less than 1 % of
@@ -74,18 +77,26 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
 /// `best` with further effects, while each earns its price (search() ends at three).
 Candidate extend(const Library& library, Candidate best);
 
-/// `best` with those further units (rails) of its own effects that may stand for one it has, within
-/// 20:1: a value is never stated more certain than the choice of its rail.
+/// `best` with those further units (rails) of its own effects that may stand for one it has, in 2 %
+/// of campaigns: a value is never stated more certain than the choice of its rail.
+inline constexpr double kStandsFor = 7.8;  // 2 ln 49
 Candidate with_all_rails(const Library& library, const Candidate& best);
 
 /// Every choice of units, of sets within `kFamily` of the best of `all` and of `best` with one
-/// effect more, that scores within it: what an average is taken over. By falling score.
+/// effect more, that weighs within it: what an average is taken over. By falling weight.
 std::vector<Candidate> family_of(const Library& library, const Candidate& best,
                                  const std::vector<Candidate>& all);
 inline constexpr double kFamily = 13.8;  // 2 ln 1000: rarer ones move no average
+inline constexpr double kPriceOfPresence =
+    3.8;  // 2 ln 7: one or two effects of ten, not one in 850
 
-/// Averages over a family of sets, each weighted by exp(score / 2) (Hoeting et al. 1999, Bayesian
-/// model averaging, eqs. 1 to 4; the score is twice a log posterior whose prior is the price).
+/// Averages over a family of sets, each weighted by exp(weight / 2) (Hoeting et al. 1999, Bayesian
+/// model averaging, eqs. 1 to 4). The weight is the gain less the cheaper of two prices: that of
+/// the search (rails of one size, an effect one in 850), or the marginal likelihood's own with the
+/// usual ranges as priors (MacKay 1992), ln det(I + U G U) + kPriceOfPresence for each name: a
+/// mixture of both priors. The second is low where effects are nearly the same data, and there a
+/// value hangs most on which of them were left out: the search's price alone, made to keep false
+/// names rare, would state it too certain.
 struct Average {
   std::vector<double> probability;  // of each effect of the catalogue: weight of the sets with it
   Eigen::VectorXd value, square;    // E v and E v^2 of each column of single units; 0 where absent
