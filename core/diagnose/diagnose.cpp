@@ -21,6 +21,7 @@ constexpr double kAssumedXyMm = 0.010;  // where neither tracker nor repeats say
 constexpr double kAssumedPhiRad = rad_from_deg(0.01);
 constexpr int kEnoughRepeats = 8;   // degrees of freedom before repeats give the noise alone
 constexpr int kMostRounds = 6;      // of naming and exact fits: two are the rule
+constexpr double kLarge = 10;       // chi^2 over its degrees of freedom
 constexpr double kOneLength = 1.1;  // longest approach over the shortest
 constexpr double kAdequate = 0.05;  // what named effects leave is white without any doubt
 
@@ -40,6 +41,26 @@ struct Work {
   std::vector<Shape> shapes = {};  // dictionary and catalogue
   Library library = {};
   bool agreement_taken = false;  // agreement of successive readings was taken for noise
+};
+
+/// The best set, and what else was looked at, around its exact fit.
+struct Naming {
+  ResidualSpace space;  // around the fit, effects given back
+  Library library;
+  std::vector<Candidate> all;
+  Candidate best;            // what earns its price
+  Candidate fitted;          // with the rails that may stand for others
+  std::vector<double> loss;  // of chi^2 on the exact model without each effect of `best`
+  Average mean;
+  std::optional<Finding> unnamed;  // shape that does best in place of an effect
+  double unnamed_score = 0;
+  std::vector<LookAlike> alike;
+};
+
+/// A linearisation, and the catalogue's signals in it.
+struct Around {
+  ResidualSpace space;
+  Library library;
 };
 
 std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
@@ -100,10 +121,23 @@ void require_resolved(const DiagnoseOptions& options) {
        .hint = "the default of 2000 is enough for all levels down to 0.0005"});
 }
 
+bool search_on_exact_model(Work& w, Naming& n);
+
+/// Base and catalogue as the noise is judged by: around the exact fit of what is found first where
+/// that is large. Second order of a lead 1.6 % off is several sigmas at the ends of the rails, and
+/// no single bad readings.
+Around around_what_is_large(Work& w) {
+  Naming n;
+  const bool large = w.base.chi2 > kLarge * w.base.dof;
+  if (!large || !search_on_exact_model(w, n)) return {w.space, w.library};
+  return {std::move(n.space), std::move(n.library)};
+}
+
 /// White residuals of another size than was stated are not structure: scale, and go on.
 void settle_noise(Work& w) {
   for (int round = 0; round < 3; ++round) {
-    const NoiseRatio ratio = noise_ratio(w.space, w.library.signals);
+    const Around at = around_what_is_large(w);
+    const NoiseRatio ratio = noise_ratio(at.space, at.library.signals);
     const bool unknown = w.out.noise.source == NoiseSource::residuals;
     const bool xy = unknown || other_size(ratio.xy, ratio.xy_dof);
     const bool phi = unknown || other_size(ratio.phi, ratio.phi_dof);
@@ -137,11 +171,12 @@ void settle_correlation(Work& w, bool known = false) {
 /// alone. Where the far ones are structure (a bump, a stretch of time), exchanging the readings
 /// does not show it again, and nothing is drawn in.
 void settle_tails(Work& w) {
-  auto tails = heavy_tails(w.space, w.library.signals);
+  const Around at_fit = around_what_is_large(w);
+  auto tails = heavy_tails(at_fit.space, at_fit.library.signals);
   if (!tails) return;
-  ResidualSpace left = w.space;
-  Eigen::MatrixXd all(left.rows(), left.Q.cols() + w.library.signals.cols());
-  all << left.Q, left.project(w.library.signals);
+  ResidualSpace left = at_fit.space;
+  Eigen::MatrixXd all(left.rows(), left.Q.cols() + at_fit.library.signals.cols());
+  all << left.Q, left.project(at_fit.library.signals);
   for (Eigen::Index j = left.Q.cols(); j < all.cols(); ++j) all.col(j).normalize();
   left.Q = orthonormal(all);
   left.residual = left.project(left.residual);
@@ -185,7 +220,8 @@ void drop_bad_readings(Work& w) {
   NamedEffect bad;
   bad.name = "outlier_readings";
   for (int round = 0; round < 5; ++round) {
-    const auto places = bad_readings(w.space, w.library.signals);
+    const Around at = around_what_is_large(w);
+    const auto places = bad_readings(at.space, at.library.signals);
     if (places.empty()) break;
     for (auto it = places.rbegin(); it != places.rend(); ++it) {
       bad.seqs.push_back(w.readings[*it].seq);
@@ -237,20 +273,6 @@ GeometryFit fit_with(const Work& w, const Library& library, const Candidate& can
   return fit_geometry(start, w.readings, w.out.noise.used,
                       {.correlation = w.out.noise.correlation});
 }
-
-/// The best set, and what else was looked at, around its exact fit.
-struct Naming {
-  ResidualSpace space;  // around the fit, effects given back
-  Library library;
-  std::vector<Candidate> all;
-  Candidate best;            // what earns its price
-  Candidate fitted;          // with the rails that may stand for others
-  std::vector<double> loss;  // of chi^2 on the exact model without each effect of `best`
-  Average mean;
-  std::optional<Finding> unnamed;  // shape that does best in place of an effect
-  double unnamed_score = 0;
-  std::vector<LookAlike> alike;
-};
 
 /// (effect, parameter) of every parameter fitted: the same in any library.
 std::vector<std::pair<int, int>> parameters_of(const Library& library, const Candidate& c) {
@@ -501,7 +523,7 @@ std::vector<Finding> objections(const Work& w, const Naming& n) {
   if (!adequate && n.unnamed && n.unnamed_score > n.best.score + kEvidence20To1)
     return {*n.unnamed};
   for (const LookAlike& alike : n.alike) {
-    if (alike.evidence > (alike.likely ? 1 : 2) * kEvidence20To1) return {alike.finding};
+    if (alike.evidence > kEvidence20To1) return {alike.finding};
   }
   const double worse = chi2_of_unseen(w, w.out.fit.model) - chi2_of_unseen(w, w.base.model);
   if (worse > kEvidence20To1)

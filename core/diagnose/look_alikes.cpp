@@ -23,7 +23,7 @@ struct Pretender {
   Basis basis;
   int columns = kChains;  // one a rail, of which some are chosen; 1: it has no rails
   double price = kPriceOfName + kPriceOfParameter;  // with one column
-  bool likely = false;                              // as an effect of the catalogue
+  double rarity = kEvidence20To1;                   // 2 ln of how much rarer than the effect
   bool always = false;                              // asked even where nothing tells it apart
   bool positive = false;                            // its one column has no other sign
 };
@@ -74,7 +74,7 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
                      .basis = [taken](const Reading& r, const Moment&,
                                       int k) { return along(k, -taken.at(r.seq)[k]); },
                      .price = price_of_scale(choices),
-                     .likely = true});
+                     .rarity = kEvidence20To1 / 2});
   };
   constexpr std::size_t kOctaves = std::size(kRadiiMm);
   // one play, or as many of neighbouring octaves with one weight: a hysteresis of some width
@@ -105,7 +105,7 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
                                         -m.direction[k] * std::exp(-std::abs(m.travel_mm[k]) / d));
                          },
                      .price = price_of_scale(std::size(kLengthsMm)),
-                     .likely = true});
+                     .rarity = kEvidence20To1 / 2});
   }
 }
 
@@ -167,7 +167,7 @@ void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
                                         m.l_mm[k] * (late.at(r.seq) - kReferenceTemperatureDegc));
                          },
                      .price = price_of_scale(std::size(kLagsMin)),
-                     .likely = true});
+                     .rarity = kEvidence20To1 / 2});
   }
 }
 
@@ -192,7 +192,7 @@ void add_tilts(std::vector<Pretender>& kinds) {
                          },
                      .columns = 1,
                      .price = kPriceOfName + 2 * kPriceOfParameter,  // azimuth and tilt
-                     .likely = true,
+                     .rarity = 0,
                      .always = true,
                      .positive = true});
   }
@@ -288,15 +288,16 @@ void try_rails(const ResidualSpace& space, const Place& place, const Eigen::Matr
                  (seen - place.span * (place.span.transpose() * seen)).squaredNorm());
     const auto n = static_cast<double>(chosen.size());
     const double price = kind.price + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));
-    const double evidence = seen.squaredNorm() - price - (place.seen.squaredNorm() - place.price);
-    if ((told < kTellApart && !kind.always) || evidence <= (kind.likely ? -kEvidence20To1 : 0))
-      continue;
+    const double evidence =
+        seen.squaredNorm() - price - kind.rarity - (place.seen.squaredNorm() - place.price);
+    const double apart = std::max(kTellApart, kSameSignal * place.seen.squaredNorm());
+    if ((told < apart && !kind.always) || evidence <= -kEvidence20To1) continue;
     if (found && evidence <= found->evidence) continue;
-    found = LookAlike{kind.likely ? kind.name : "unnamed: " + kind.what + ", " + kind.when,
-                      {kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
-                       static_cast<int>(chosen.size())},
-                      evidence,
-                      kind.likely};
+    found = LookAlike{
+        kind.rarity < kEvidence20To1 ? kind.name : "unnamed: " + kind.what + ", " + kind.when,
+        {kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
+         static_cast<int>(chosen.size())},
+        evidence};
   }
 }
 

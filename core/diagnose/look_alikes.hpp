@@ -18,12 +18,12 @@ struct LookAlike {
   std::string name;  // as rivals are told: "hysteresis", or "unnamed: …"
   Finding finding;
   double evidence = 0;  // chi^2 that it gains over the effects it stands for, each less its price
-  bool likely = false;  // as an effect of the catalogue; else held to be 20 times rarer
 };
 
 /// The best of each kind of look-alike in place of one effect of `best`, or of all those it may be
-/// taken for, on the rails that suit it; by falling evidence, those that are rivals at least:
-/// within 20:1, where a kind that is not `likely` is held to be 20 times rarer.
+/// taken for, on the rails that suit it; by falling evidence, those within 20:1. A kind that has no
+/// name is held to be 20 times rarer than the effect, friction with memory and a thermometer that
+/// lags 4.5 times, a tilted plane as common.
 ///
 /// Price: that of an effect of the catalogue, and 2 ln(n) for a scale (radius, length, time) chosen
 /// among n. Asked only where the readings can tell the two apart (the part of either's fitted
@@ -36,5 +36,6 @@ struct LookAlike {
 std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& library,
                                    const Candidate& best, std::span<const Reading> path);
 inline constexpr double kTellApart = 6.0;
+inline constexpr double kSameSignal = 0.05;
 
 }  // namespace trammel

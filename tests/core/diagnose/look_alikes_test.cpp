@@ -53,7 +53,7 @@ TEST_CASE("the look-alike gains over the effect where it is true, and loses wher
     return a.name.find("lose motion") != std::string::npos;
   });
   REQUIRE(motion != lost.alike.end());
-  CHECK(motion->evidence > 12);
+  CHECK(motion->evidence > kEvidence20To1);
   const Taken real = taken(hide({"backlash"}, 28, 44));
   REQUIRE(names_of(real.best) == std::vector<std::string>{"backlash"});
   CHECK(real.alike.empty());

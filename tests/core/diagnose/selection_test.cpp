@@ -32,7 +32,7 @@ TEST_CASE("a wave's sine and cosine enter as one, a force's components too, rail
           "[diagnose]") {
   const Library library = library_of(hide({}, 0, 51));
   CHECK(unit_sizes(library, "screw_periodic") == std::vector<std::size_t>{2, 2, 2});
-  CHECK(unit_sizes(library, "backlash") == std::vector<std::size_t>{1, 1, 1});
+  CHECK(unit_sizes(library, "backlash") == std::vector<std::size_t>{1, 1, 1, 3});  // and on all
   CHECK(unit_sizes(library, "platform_load") == std::vector<std::size_t>{2, 1});
 }
 
