@@ -1,6 +1,7 @@
 #include "app/job/diagnosis_json.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <set>
 
@@ -51,6 +52,7 @@ Json noise_json(const NoiseFloor& noise) {
   Json json = {{"sigma_xy_mm", noise.used.xy_mm},
                {"sigma_phi_deg", deg_from_rad(noise.used.phi_rad)},
                {"rescaled", noise.rescaled},
+               {"robust", noise.robust},
                {"correlation", noise.correlation}};
   if (noise.stated.xy_mm > 0) {
     json["stated_xy_mm"] = noise.stated.xy_mm;
@@ -94,6 +96,34 @@ Json effects_json(const std::vector<NamedEffect>& effects) {
     if (!e.seqs.empty()) json["seq"] = e.seqs;
     if (e.name != "outlier_readings") json["sentence"] = find_effect(e.name).sentence;
     all.push_back(std::move(json));
+  }
+  return all;
+}
+
+Json suspect_json(const std::vector<Suspicion>& found) {
+  Json all = Json::array();
+  for (const Suspicion& s : found) {
+    Json json = {{"kind", to_string(s.kind)}, {"what", s.what}, {"seqs", "all"}, {"why", s.why}};
+    if (!s.seqs.empty()) json["seqs"] = s.seqs;
+    all.push_back(std::move(json));
+  }
+  return all;
+}
+
+Json suspicious_json(const std::vector<FarReading>& readings) {
+  Json all = Json::array();
+  for (const FarReading& r : readings) {
+    char why[64];
+    std::snprintf(why, sizeof why, "%.1f sigma; ", r.sigmas);
+    all.push_back({{"seq", r.seq}, {"sigmas", r.sigmas}, {"why", why + r.why}});
+  }
+  return all;
+}
+
+Json possible_json(const std::vector<Possible>& effects) {
+  Json all = Json::array();
+  for (const Possible& e : effects) {
+    all.push_back({{"name", e.name}, {"probability", e.probability}});
   }
   return all;
 }
@@ -197,6 +227,8 @@ Json diagnosis_json(const Diagnosis& d, const Campaign& campaign) {
                {"audit", audit_json(d.audit)},
                {"before", test_json(d.before)},
                {"suspects", suspects_json(d.before)},
+               {"suspect", suspect_json(d.suspect)},
+               {"suspicious_readings", suspicious_json(d.suspicious)},
                {"effects", effects_json(d.effects)},
                {"rivals", Json::array()}};
   for (const Rival& r : d.rivals) {
@@ -204,6 +236,7 @@ Json diagnosis_json(const Diagnosis& d, const Campaign& campaign) {
     json["rival_odds"].push_back(
         {{"names", r.names}, {"odds", r.evidence}, {"structural", r.structural}});
   }
+  json["may_also_hold"] = possible_json(d.may_also_hold);
   json["considered"] = considered_json(d.considered);
   if (d.after.tests > 0) json["after"] = test_json(d.after);
   if (!d.tried.empty()) json["tried"] = effects_json(d.tried);

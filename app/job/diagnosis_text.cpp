@@ -17,6 +17,15 @@ constexpr std::size_t kPlaces = 3;
 
 std::string p_text(double p) { return p < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p); }
 
+/// Four decimals, or as many as show three digits of a number: a stage of micrometres has no
+/// "0.0000 mm".
+std::string digits(double value) {
+  const double size = std::abs(value);
+  const int decimals =
+      size >= 0.1 || size == 0 ? 4 : 2 - static_cast<int>(std::floor(std::log10(size)));
+  return fmt::format("{:.{}f}", value, std::max(4, decimals));
+}
+
 std::string joined(const Json& names, const char* separator) {
   std::string text;
   for (const Json& n : names) text += (text.empty() ? "" : separator) + n.get<std::string>();
@@ -40,37 +49,77 @@ std::string names_of(const Json& effects) {
   return joined(names, " + ");
 }
 
+/// The headline follows from the verdict; what was named only fills it in.
 std::string verdict_text(const Json& d) {
   const std::string verdict = d["verdict"], named = names_of(d["effects"]);
   if (verdict == "nothing_missing") {
     return "nothing is missing that these readings could show (see 'design': what they could not)";
   }
-  if (named == "outlier_readings") return "single wrong readings are all that is wrong";
-  if (verdict == "explained") return "what the model is missing is " + named;
+  if (verdict == "explained") {
+    return named == "outlier_readings" ? "single wrong readings are all that is wrong"
+                                       : "what the model is missing is " + named;
+  }
   if (verdict == "ambiguous") {
     return named + " explains the gap, and so does another set: these readings don't decide";
   }
+  if (!d["suspect"].empty()) {
+    return "before any effect, something gross is wrong: " +
+           d["suspect"][0]["what"].get<std::string>();
+  }
   return "there is structure that no effect of the catalogue explains; nothing is added to the "
          "model";
+}
+
+/// Gross mistakes, two hypotheses where both fit alike.
+std::string suspect_text(const Json& d) {
+  std::string text;
+  for (const Json& s : d["suspect"]) {
+    text += line(text.empty() ? "suspect" : "or",
+                 fmt::format("{}: {}; {}", s["kind"].get<std::string>(),
+                             s["what"].get<std::string>(), s["why"].get<std::string>()));
+  }
+  return text;
+}
+
+/// Effects beside the named ones that the average over sets does not rule out.
+std::string possible_text(const Json& d) {
+  std::string text;
+  for (const Json& e : d["may_also_hold"]) {
+    text += fmt::format("{}{} ({:.0f} %)", text.empty() ? "" : ", ", e["name"].get<std::string>(),
+                        100 * e["probability"].get<double>());
+  }
+  return line("may also", text.empty() ? text : "hold: " + text);
+}
+
+std::string far_text(const Json& d) {
+  std::string text;
+  for (const Json& r : d["suspicious_readings"]) {
+    text += fmt::format("{}{} ({:.1f})", text.empty() ? "seq " : ", ", r["seq"].get<int>(),
+                        r["sigmas"].get<double>());
+  }
+  return line("far", text.empty() ? text
+                                  : text +
+                                        " sigma: the noise has heavy tails, which explain them; "
+                                        "they count less");
 }
 
 std::string noise_text(const Json& d) {
   const std::string source = d["noise_source"];
   const Json& n = d["noise"];
   std::string text =
-      fmt::format("a perfect model leaves {:.4f} mm and {:.4f} deg of a reading (1 sigma, from {})",
-                  n["sigma_xy_mm"].get<double>(), n["sigma_phi_deg"].get<double>(),
+      fmt::format("a perfect model leaves {} mm and {} deg of a reading (1 sigma, from {})",
+                  digits(n["sigma_xy_mm"]), digits(n["sigma_phi_deg"]),
                   source == "tracker"   ? "the tracker's statement"
                   : source == "repeats" ? "repeated readings"
                                         : "what the best model leaves");
   if (n["rescaled"].get<bool>()) {
     const bool stated = n.contains("stated_xy_mm");
     text += fmt::format(
-        "; {} {:.4f} mm and {:.4f} deg, but white residuals of another size are noise, not "
+        "; {} {} mm and {} deg, but white residuals of another size are noise, not "
         "structure",
         stated ? "stated were" : "the repeats alone say",
-        (stated ? n["stated_xy_mm"] : n["repeats"]["sigma_xy_mm"]).get<double>(),
-        (stated ? n["stated_phi_deg"] : n["repeats"]["sigma_phi_deg"]).get<double>());
+        digits(stated ? n["stated_xy_mm"] : n["repeats"]["sigma_xy_mm"]),
+        digits(stated ? n["stated_phi_deg"] : n["repeats"]["sigma_phi_deg"]));
   }
   if (n["correlation"].get<double>() != 0) {
     text += fmt::format("; successive readings are correlated by {:.2f}, taken out before testing",
@@ -104,6 +153,7 @@ std::string test_text(const char* word, const std::string& of, const Json& test)
   std::size_t shown = 0;
   for (const Json& f : test["findings"]) {
     const std::string where = f["where"];
+    if (f["p"].get<double>() * test["tests"].get<int>() > kStructure) continue;
     if (where.starts_with("effect ") || shown == kPlaces) continue;
     ++shown;
     text += line("", fmt::format("where: {}{}, {}", where,
@@ -125,11 +175,11 @@ std::string suspects_text(const Json& d) {
 std::string tried_text(const Json& d) {
   std::string text;
   for (const Json& c : d["considered"]) {
-    text +=
-        line(text.empty() ? "lost" : "",
-             fmt::format("{}: worse by {:.1f} (chi^2, names and parameters paid for){}",
-                         joined(c["names"], " + "), c["behind_chi2"].get<double>(),
-                         c["usual"].get<bool>() ? "" : "; needs values outside the usual range"));
+    text += line(
+        text.empty() ? "lost" : "",
+        fmt::format("{}: worse by {:.1f} (chi^2, names and parameters paid for){}",
+                    joined(c["names"], " + "), c["behind_chi2"].get<double>(),
+                    c["usual"].get<bool>() ? "" : "; needs a sign that the effect can't have"));
   }
   return text;
 }
@@ -169,9 +219,7 @@ std::string rivals_text(const Json& d) {
   return text;
 }
 
-std::string rms(const Json& value) {
-  return value.is_null() ? "-" : fmt::format("{:.4f}", value.get<double>());
-}
+std::string rms(const Json& value) { return value.is_null() ? "-" : digits(value); }
 
 std::string gap_text(const Json& d) {
   const bool unseen = d["readings"]["validate"] > 0;
@@ -259,7 +307,7 @@ std::string next_text(const Json& d) {
 }
 
 std::string argument_text(const Json& d) {
-  std::string text = expected_text(d);
+  std::string text = expected_text(d) + far_text(d);
   text += test_text("seen", "what the geometry leaves", d["before"]);
   text += suspects_text(d);
   for (const Json& e : d["effects"]) text += effect_text("named", e);
@@ -272,7 +320,7 @@ std::string argument_text(const Json& d) {
                                           : "what geometry and named effects leave",
                       d["after"]);
   }
-  text += rivals_text(d) + tried_text(d);
+  text += rivals_text(d) + possible_text(d) + tried_text(d);
   for (std::size_t i = 0; i < d["structure"].size() && i < kPlaces; ++i) {
     const Json& s = d["structure"][i];
     text += line(i == 0 ? "lives" : "",
@@ -287,9 +335,13 @@ std::string argument_text(const Json& d) {
 std::string diagnosis_text(const Json& d) {
   std::string text =
       terminal::wrapped(fmt::format("{}: {}", d["verdict"].get<std::string>(), verdict_text(d)));
-  text += "\n" + argument_text(d) + "\n" + gap_text(d) + "\n" + audit_text(d);
-  const std::string next = next_text(d);
-  if (!next.empty()) text += "\n" + next;
+  if (!d["suspect"].empty()) {
+    text += "\n" + suspect_text(d);
+  } else {
+    text += "\n" + argument_text(d) + "\n" + gap_text(d) + "\n" + audit_text(d);
+    const std::string next = next_text(d);
+    if (!next.empty()) text += "\n" + next;
+  }
   if (!d["notes"].empty()) text += "\n";
   for (const Json& note : d["notes"]) text += line("note", note);
   return text;

@@ -25,14 +25,18 @@ Json complete_diagnosis(const Json& given) {
               {"epochs", f.choice("epochs", {"own", "shared"}, "own")},
               {"inadequate", f.number("inadequate", defaults.inadequate)}};
   f.done();
-  const auto replicates = all["replicates"].get<long long>();
-  if (replicates < 100 || replicates > kMostReplicates) {
-    f.refuse("replicates", "the bootstrap needs a sensible number", "100 to 100000");
-  }
   for (const char* level : {"false_alarm", "inadequate"}) {
     const double value = all[level].get<double>();
     if (!(value > 0 && value < 0.5))
       f.refuse(level, "a false-alarm rate", "more than 0, less than 0.5");
+  }
+  const auto replicates = all["replicates"].get<long long>();
+  const int fewest = std::max(
+      100, fewest_replicates(all["false_alarm"].get<double>(), all["inadequate"].get<double>()));
+  if (replicates < fewest || replicates > kMostReplicates) {
+    f.refuse("replicates",
+             "the smallest p of n replicates is 1 / (n + 1), and has to reach the test's level",
+             fmt::format("{} to {}", fewest, kMostReplicates));
   }
   return all;
 }
@@ -103,7 +107,7 @@ StageResult run_diagnosis(const Campaign& measured, const Json& p) {
 
 Stage diagnose_stage() {
   return {.name = "diagnose",
-          .algorithm_version = 8,
+          .algorithm_version = 9,
           .what = "the discrepancy workflow: which physical effect the model is missing",
           .complete = complete_diagnosis,
           .run = run_diagnosis};

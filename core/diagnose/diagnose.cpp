@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <functional>
+#include <utility>
 
 #include "core/diagnose/gap.hpp"
 #include "core/diagnose/look_alikes.hpp"
@@ -16,9 +19,17 @@ namespace {
 
 constexpr double kAssumedXyMm = 0.010;  // where neither tracker nor repeats say: only a first guess
 constexpr double kAssumedPhiRad = rad_from_deg(0.01);
-constexpr int kEnoughRepeats = 8;  // degrees of freedom before repeats give the noise alone
-constexpr double kOtherNoise =
-    3.3;  // standard uncertainties (0.1 %) by which a stated sigma must be off
+constexpr int kEnoughRepeats = 8;   // degrees of freedom before repeats give the noise alone
+constexpr int kMostRounds = 6;      // of naming and exact fits: two are the rule
+constexpr double kLarge = 10;       // chi^2 over its degrees of freedom
+constexpr double kOneLength = 1.1;  // longest approach over the shortest
+constexpr double kAdequate = 0.05;  // what named effects leave is white without any doubt
+
+std::string text_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
 
 struct Work {
   const Campaign& campaign;
@@ -30,6 +41,26 @@ struct Work {
   std::vector<Shape> shapes = {};  // dictionary and catalogue
   Library library = {};
   bool agreement_taken = false;  // agreement of successive readings was taken for noise
+};
+
+/// The best set, and what else was looked at, around its exact fit.
+struct Naming {
+  ResidualSpace space;  // around the fit, effects given back
+  Library library;
+  std::vector<Candidate> all;
+  Candidate best;            // what earns its price
+  Candidate fitted;          // with the rails that may stand for others
+  std::vector<double> loss;  // of chi^2 on the exact model without each effect of `best`
+  Average mean;
+  std::optional<Finding> unnamed;  // shape that does best in place of an effect
+  double unnamed_score = 0;
+  std::vector<LookAlike> alike;
+};
+
+/// A linearisation, and the catalogue's signals in it.
+struct Around {
+  ResidualSpace space;
+  Library library;
 };
 
 std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
@@ -78,13 +109,38 @@ void first_noise(Work& w) {
   }
 }
 
+void require_resolved(const DiagnoseOptions& options) {
+  const int needed = fewest_replicates(options.false_alarm, options.inadequate);
+  if (options.replicates >= needed) return;
+  throw InputError(
+      {.what = "too few replicates for the level that a test must reach",
+       .where = {.field = "replicates"},
+       .got = std::to_string(options.replicates),
+       .expected = "at least " + std::to_string(needed) +
+                   ": the smallest p of n replicates is 1 / (n + 1), above the level otherwise",
+       .hint = "the default of 2000 is enough for all levels down to 0.0005"});
+}
+
+bool search_on_exact_model(Work& w, Naming& n);
+
+/// Base and catalogue as the noise is judged by: around the exact fit of what is found first where
+/// that is large. Second order of a lead 1.6 % off is several sigmas at the ends of the rails, and
+/// no single bad readings.
+Around around_what_is_large(Work& w) {
+  Naming n;
+  const bool large = w.base.chi2 > kLarge * w.base.dof;
+  if (!large || !search_on_exact_model(w, n)) return {w.space, w.library};
+  return {std::move(n.space), std::move(n.library)};
+}
+
 /// White residuals of another size than was stated are not structure: scale, and go on.
 void settle_noise(Work& w) {
   for (int round = 0; round < 3; ++round) {
-    const NoiseRatio ratio = noise_ratio(w.space, w.library.signals);
+    const Around at = around_what_is_large(w);
+    const NoiseRatio ratio = noise_ratio(at.space, at.library.signals);
     const bool unknown = w.out.noise.source == NoiseSource::residuals;
-    const bool xy = unknown || std::abs(ratio.xy - 1) > kOtherNoise * ratio.u_xy;
-    const bool phi = unknown || std::abs(ratio.phi - 1) > kOtherNoise * ratio.u_phi;
+    const bool xy = unknown || other_size(ratio.xy, ratio.xy_dof);
+    const bool phi = unknown || other_size(ratio.phi, ratio.phi_dof);
     if (!xy && !phi) return;
     if (xy) w.out.noise.used.xy_mm *= ratio.xy;
     if (phi) w.out.noise.used.phi_rad *= ratio.phi;
@@ -102,17 +158,70 @@ void settle_correlation(Work& w, bool known = false) {
   };
   w.out.noise.correlation = noise_correlation(space_with, known);
   if (w.out.noise.correlation == 0) return;
-  w.out.notes.push_back(
-      "the noise of successive readings is correlated: it is taken out before anything is tested");
+  w.out.notes.emplace_back(
+      w.out.noise.correlation > 0
+          ? "the noise of successive readings is correlated: it is taken out before anything is "
+            "tested"
+          : "the noise of successive readings alternates: that is taken out before anything is "
+            "tested");
   fit_base(w);
 }
 
-/// Single bad readings first: four outliers must not become seven effects.
+/// Far readings of noise with heavy tails are noise: they are drawn in, and leave the verdict
+/// alone. Where the far ones are structure (a bump, a stretch of time), exchanging the readings
+/// does not show it again, and nothing is drawn in.
+void settle_tails(Work& w) {
+  const Around at_fit = around_what_is_large(w);
+  auto tails = heavy_tails(at_fit.space, at_fit.library.signals);
+  if (!tails) return;
+  ResidualSpace left = at_fit.space;
+  Eigen::MatrixXd all(left.rows(), left.Q.cols() + at_fit.library.signals.cols());
+  all << left.Q, left.project(at_fit.library.signals);
+  for (Eigen::Index j = left.Q.cols(); j < all.cols(); ++j) all.col(j).normalize();
+  left.Q = orthonormal(all);
+  left.residual = left.project(left.residual);
+  const StructureTest structure = test_structure(left, dictionary(left),
+                                                 {.replicates = w.options.replicates,
+                                                  .level = w.options.false_alarm,
+                                                  .seed = w.options.seed,
+                                                  .threads = w.options.threads,
+                                                  .exchange = true});
+  if (structure.family_p <= w.options.false_alarm) return;
+  NamedEffect bad;
+  bad.name = "outlier_readings";
+  bad.p = kFalseOutlier;
+  for (std::size_t i = 0; i < tails->far.size(); ++i) {
+    const std::size_t at = tails->far[i];
+    const bool gross = std::ranges::find(tails->gross, at) != tails->gross.end();
+    if (gross) {
+      bad.seqs.push_back(w.readings[at].seq);
+    } else {
+      w.out.suspicious.push_back(
+          {w.readings[at].seq, tails->sigmas[i], "the noise has heavy tails"});
+    }
+  }
+  w.readings = std::move(tails->readings);
+  for (auto it = tails->gross.rbegin(); it != tails->gross.rend(); ++it) {
+    w.readings.erase(w.readings.begin() + static_cast<std::ptrdiff_t>(*it));
+  }
+  if (!bad.seqs.empty()) w.out.effects.push_back(std::move(bad));
+  w.out.noise.robust = true;
+  w.out.notes.emplace_back(
+      "the noise has heavier tails than a normal distribution: the fit is robust, readings far off "
+      "count as if they were " +
+      text_of(kWinsor) + " sigma away");
+  fit_base(w);
+}
+
+/// Single bad readings first, where the tails are normal: four outliers must not become seven
+/// effects.
 void drop_bad_readings(Work& w) {
+  if (w.out.noise.robust) return;
   NamedEffect bad;
   bad.name = "outlier_readings";
   for (int round = 0; round < 5; ++round) {
-    const auto places = bad_readings(w.space, w.library.signals);
+    const Around at = around_what_is_large(w);
+    const auto places = bad_readings(at.space, at.library.signals);
     if (places.empty()) break;
     for (auto it = places.rbegin(); it != places.rend(); ++it) {
       bad.seqs.push_back(w.readings[*it].seq);
@@ -145,28 +254,115 @@ StructureTest test(const Work& w, const ResidualSpace& space, double level) {
 }
 
 /// The base with the candidate's effects, fitted on the exact model.
-GeometryFit fit_with(const Work& w, const Candidate& candidate) {
+GeometryFit fit_with(const Work& w, const Library& library, const Candidate& candidate) {
   RobotModel start = w.base.model;
-  Eigen::Index at = 0;
+  Eigen::Index first = 0;
   for (const int u : candidate.units) {
-    const Unit& unit = w.library.units[static_cast<std::size_t>(u)];
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
     const Effect* effect = &effect_catalogue()[static_cast<std::size_t>(unit.effect)];
     if (start.effects.empty() || start.effects.back().effect != effect) {
       start.effects.push_back(
           {effect, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(effect->parameters.size()))});
     }
-    for (const int k : unit.parameters) {
-      const double v = candidate.values[at++];
-      start.effects.back().values[k] = v != 0 ? v : 1e-12;
+    for (std::size_t i = 0; i < unit.parameters.size(); ++i) {
+      const double v = candidate.values[first + static_cast<Eigen::Index>(unit.column_at(i))];
+      start.effects.back().values[unit.parameters[i]] = v != 0 ? v : 1e-12;
     }
+    first += static_cast<Eigen::Index>(unit.columns.size());
   }
   return fit_geometry(start, w.readings, w.out.noise.used,
                       {.correlation = w.out.noise.correlation});
 }
 
-void name_effects(Work& w, const Candidate& best, const GeometryFit& fit) {
+/// (effect, parameter) of every parameter fitted: the same in any library.
+std::vector<std::pair<int, int>> parameters_of(const Library& library, const Candidate& c) {
+  std::vector<std::pair<int, int>> parameters;
+  for (const int u : c.units) {
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
+    for (const int k : unit.parameters) parameters.emplace_back(unit.effect, k);
+  }
+  return parameters;
+}
+
+std::vector<int> units_without(const Library& library, const Candidate& c, int effect) {
+  std::vector<int> units = c.units;
+  std::erase_if(units,
+                [&](int u) { return library.units[static_cast<std::size_t>(u)].effect == effect; });
+  return units;
+}
+
+std::optional<Candidate> solved(const Library& library, const std::vector<int>& units) {
+  return units.empty() ? std::nullopt : solve(library, units);
+}
+
+/// Searches, fits the best set on the exact model, and searches again around that fit, until the
+/// same set comes back. False when no set earns its price.
+bool search_on_exact_model(Work& w, Naming& n) {
+  n.space = w.space;
+  n.library = w.library;
+  std::vector<std::pair<int, int>> before;
+  for (int round = 1;; ++round) {
+    n.all = search(n.library, 3);
+    if (n.all.empty() || n.all.front().score <= 0) return false;
+    n.best = extend(n.library, n.all.front());
+    n.fitted = with_all_rails(n.library, n.best);
+    const auto now = parameters_of(n.library, n.fitted);
+    if (now == before) return true;
+    before = now;
+    w.out.fit = fit_with(w, n.library, n.fitted);
+    if (round == kMostRounds) return true;
+    n.space = undecided_space(w.out.fit, w.readings, w.out.noise.used, w.out.noise.correlation);
+    n.library = make_library(n.space);
+  }
+}
+
+/// What the exact fit loses without each effect; an effect whose loss does not pay its price goes,
+/// the cheapest first. False when none is left.
+bool drop_what_costs_nothing(Work& w, Naming& n) {
+  for (;;) {
+    n.loss.clear();
+    std::optional<std::size_t> cheapest;
+    double least = 0;
+    for (std::size_t e = 0; e < n.best.effects.size(); ++e) {
+      const int effect = n.best.effects[e];
+      const auto others = solved(n.library, units_without(n.library, n.fitted, effect));
+      const double chi2 = others ? fit_with(w, n.library, *others).chi2 : w.base.chi2;
+      n.loss.push_back(chi2 - w.out.fit.chi2);
+      const double price = price_of(n.library, n.best.units) -
+                           price_of(n.library, units_without(n.library, n.best, effect));
+      if (n.loss.back() - price >= least) continue;
+      least = n.loss.back() - price;
+      cheapest = e;
+    }
+    if (!cheapest) return true;
+    const auto rest =
+        solved(n.library, units_without(n.library, n.best, n.best.effects[*cheapest]));
+    if (!rest) return false;
+    n.best = *rest;
+    n.fitted = with_all_rails(n.library, n.best);
+    w.out.fit = fit_with(w, n.library, n.fitted);
+  }
+}
+
+/// An inch's lead taken for a metric one, or the other way about; nothing where k is neither.
+std::string ratio_in_words(double k, double std) {
+  constexpr std::pair<double, double> kLeadsMm[] = {{25.4, 25}, {25, 25.4}};
+  for (const auto& [is, taken] : kLeadsMm) {
+    const double off = is / taken - 1;
+    if (std > 0.1 * std::abs(off) || std::abs(k - off) > 3 * std) continue;
+    return " is the ratio " + text_of(is) + " / " + text_of(taken) +
+           ": a lead in inches, or taken for one";
+  }
+  return {};
+}
+
+void name_effects(Work& w, const Naming& n) {
+  const GeometryFit& fit = w.out.fit;
+  double total = 0;
+  for (const double loss : n.loss) total += loss;
   for (std::size_t e = 0; e < fit.model.effects.size(); ++e) {
     const ActiveEffect& active = fit.model.effects[e];
+    const int place = static_cast<int>(active.effect - effect_catalogue().data());
     NamedEffect named;
     named.name = active.effect->name;
     for (std::size_t j = 0; j < fit.parameters.size(); ++j) {
@@ -175,25 +371,22 @@ void name_effects(Work& w, const Candidate& best, const GeometryFit& fit) {
       const EffectParameter& about = active.effect->parameters[static_cast<std::size_t>(p.index)];
       const auto jj = static_cast<Eigen::Index>(j);
       const double value = active.values[p.index];
-      const double std = p.scale * std::sqrt(fit.covariance(jj, jj));
+      double std = p.scale * std::sqrt(fit.covariance(jj, jj));
+      if (const auto column = column_of(n.library, place, p.index))
+        std = std::max(std, n.mean.std_about(*column, value));
       named.parameters.push_back(
           {about.name, about.unit, value, std,
            value > about.usual_max + 2 * std || value < about.low() - 2 * std});
       if (about.rail >= 0 && (named.rails.empty() || named.rails.back() != about.rail + 1)) {
         named.rails.push_back(about.rail + 1);
       }
-    }
-    std::vector<int> others;
-    for (const int u : best.units) {
-      if (effect_catalogue()[static_cast<std::size_t>(
-                                 w.library.units[static_cast<std::size_t>(u)].effect)]
-              .name != named.name) {
-        others.push_back(u);
+      if (named.name == "lead_scale") {
+        if (const std::string ratio = ratio_in_words(value, std); !ratio.empty())
+          w.out.notes.push_back("1 + " + about.name + " of lead_scale" + ratio);
       }
     }
-    const double drop = best.gain - gain_of(w.library, others);
-    named.share_of_gap = best.gain > 0 ? drop / best.gain : 0;
-    named.p = chi2_tail(drop, static_cast<double>(named.parameters.size()));
+    named.share_of_gap = total > 0 ? n.loss[e] / total : 0;
+    named.p = chi2_tail(n.loss[e], static_cast<double>(named.parameters.size()));
     w.out.effects.push_back(std::move(named));
   }
 }
@@ -205,6 +398,20 @@ void say_what_is_not_testable(Work& w) {
                             row.missing);
     }
   }
+  double shortest = INFINITY, longest = 0;
+  for (const Reading& r : w.readings) {
+    const Displacements moves = r.conditions.cmd_mm - r.conditions.from_mm;
+    for (const double move : moves) {
+      if (move == 0) continue;
+      shortest = std::min(shortest, std::abs(move));
+      longest = std::max(longest, std::abs(move));
+    }
+  }
+  if (longest > 0 && longest < kOneLength * shortest) {
+    w.out.notes.emplace_back(
+        "all approaches have one length: on these readings backlash and a memory of the last move "
+        "are the same data; approaches of different lengths tell them apart");
+  }
 }
 
 /// The shape without a name that a finding speaks of; none for an effect's, or for neighbours.
@@ -213,6 +420,15 @@ const Shape* shape_of(const Work& w, const Finding& finding) {
     return s.where == finding.where && s.when == finding.when && !s.terms.empty();
   });
   return at == w.shapes.end() ? nullptr : &*at;
+}
+
+/// The findings that the correction for all tests leaves; the first at least.
+std::vector<Finding> significant(const StructureTest& test, double level) {
+  std::vector<Finding> left;
+  for (const Finding& f : test.findings) {
+    if (left.empty() || f.p * test.tests <= level) left.push_back(f);
+  }
+  return left;
 }
 
 /// Abstains: what the catalogue could do is told as tried, and is not added to the model.
@@ -244,21 +460,34 @@ void leave_unexplained(Work& w, std::vector<Finding> where) {
 }
 
 /// What the findings have most of, as a tie that points may show again.
-void add_unexplained_tie(const Work& w, const Candidate& tried, std::vector<Tie>& ties) {
+void add_unexplained_tie(const Work& w, const ResidualSpace& space, const Library& library,
+                         const Candidate& tried, std::vector<Tie>& ties) {
   for (const Finding& finding : w.out.structure) {
     const Shape* shape = shape_of(w, finding);
     if (shape == nullptr) continue;
-    ties.push_back(tie_of_unexplained(w.space, w.library, tried, *shape));
+    ties.push_back(tie_of_unexplained(space, library, tried, *shape));
     return;
   }
 }
 
-/// Successive readings agreeing is what stands out most, more than any shape: that is noise
-/// correlated in time as well, and is made independent (once). True when it was, and all must be
-/// tested anew.
+/// A course of time as such: a trend, a wave, a step. Noise that is correlated has them too, the
+/// more the less of its correlation was taken out.
+bool of_time(const Work& w, const Finding& finding) {
+  return std::ranges::any_of(time_courses(w.space), [&](const Shape& s) {
+    return s.where == finding.where && s.when == finding.when;
+  });
+}
+
+/// Successive readings agreeing (or alternating) is what stands out most, more than any shape: that
+/// is noise correlated in time as well, and is made independent (once). So is what noise that is
+/// correlated for certain has of courses in time: its rho was estimated beside them, which leaves
+/// (1 - rho')^2 / (1 - rho)^2 of them where it came out low; now they count for it. What happened
+/// in fact, a shift, stands out after that as well. True when all must be tested anew.
 bool took_agreement_for_noise(Work& w, const StructureTest& t, double level) {
-  const bool agree =
-      t.family_p <= level && !t.findings.empty() && t.findings.front().when == kSuccessiveAgree;
+  if (t.family_p > level || t.findings.empty()) return false;
+  const Finding& most = t.findings.front();
+  const bool agree = most.when == kSuccessiveAgree || most.when == kSuccessiveAlternate ||
+                     (w.out.noise.correlation > 0 && of_time(w, most));
   if (!agree || w.agreement_taken) return false;
   w.agreement_taken = true;
   const double before = w.out.noise.correlation;
@@ -267,56 +496,92 @@ bool took_agreement_for_noise(Work& w, const StructureTest& t, double level) {
   return w.out.noise.correlation != before;
 }
 
-/// The best set, and what else was looked at.
-struct Naming {
-  Candidate best;
-  std::vector<Candidate> all;
-  std::optional<Finding> unnamed;  // shape that does best in place of an effect
-  double unnamed_score = 0;
-  std::optional<LookAlike> alike;
-};
+double chi2_of_unseen(const Work& w, const RobotModel& model) {
+  double sum = 0;
+  for (const Reading& r : of_set(w.campaign, ReadingSet::validate)) {
+    const Prediction at = predict(model, r.conditions);
+    if (!at.ok()) return INFINITY;
+    const Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
+    const TrackerSigma& s = w.out.noise.used;
+    sum += d.cwiseQuotient(Eigen::Vector3d(s.xy_mm, s.xy_mm, s.phi_rad)).squaredNorm();
+  }
+  return sum;
+}
 
 /// Why the named set can't stand: what it leaves, or what explains more; nothing when it can.
-std::vector<Finding> objections(const Work& w, const Naming& naming) {
-  if (w.out.after.family_p <= w.options.inadequate) return w.out.after.findings;
-  if (naming.unnamed && naming.unnamed_score > naming.best.score + kEvidence20To1)
-    return {*naming.unnamed};
-  if (naming.alike && naming.alike->evidence > 2 * kEvidence20To1) return {naming.alike->finding};
+std::vector<Finding> objections(const Work& w, const Naming& n) {
+  if (!n.best.usual) {
+    return {{"rails",
+             "named effects need a sign that they can't have (an overshoot is no backlash)",
+             chi2_tail(n.best.gain, n.best.parameters), n.best.gain, n.best.parameters}};
+  }
+  if (w.out.after.family_p <= w.options.inadequate)
+    return significant(w.out.after, w.options.inadequate);
+  // a shape of many coefficients pays one price, and named effects one each: where what these leave
+  // is white without any doubt it is a rival, no objection
+  const bool adequate = w.out.after.family_p > kAdequate;
+  if (!adequate && n.unnamed && n.unnamed_score > n.best.score + kEvidence20To1)
+    return {*n.unnamed};
+  for (const LookAlike& alike : n.alike) {
+    if (alike.evidence > kEvidence20To1) return {alike.finding};
+  }
+  const double worse = chi2_of_unseen(w, w.out.fit.model) - chi2_of_unseen(w, w.base.model);
+  if (worse > kEvidence20To1)
+    return {{"unseen readings", "the named effects make their predictions worse", 1, worse, 0}};
   return {};
 }
 
-void add_unnamed_rival(Work& w, const Finding& finding, double lead) {
-  w.out.rivals.push_back({{"unnamed: " + finding.where + ", " + finding.when},
-                          finding.terms,
+/// Everything that explains the readings as well, each with the tie that points may break.
+void add_rivals(Work& w, const Naming& n, std::vector<Tie>& ties) {
+  Diagnosis& out = w.out;
+  const Candidate& best = n.best;
+  const auto add = [&](const Candidate& c, double lead, bool structural) {
+    const auto known = std::ranges::find(out.rivals, names_of(c), &Rival::names);
+    if (known != out.rivals.end()) {
+      known->structural = known->structural || structural;
+      return;
+    }
+    out.rivals.push_back({names_of(c), c.parameters, std::exp(0.5 * lead), structural});
+    ties.push_back(tie_between(n.library, best, c, lead));
+  };
+  for (const Candidate& c : rivals_of(best, n.all)) add(c, best.score - c.score, false);
+  for (const Candidate& c : structural_ties(n.library, best)) add(c, 0, true);
+  // a named effect that the average does not hold for sure: the best set without it
+  for (const int effect : best.effects) {
+    if (n.mean.probability[static_cast<std::size_t>(effect)] >= kSure) continue;
+    const auto other = std::ranges::find_if(n.all, [&](const Candidate& c) {
+      return c.usual && std::ranges::find(c.effects, effect) == c.effects.end();
+    });
+    if (other != n.all.end()) add(*other, best.score - other->score, false);
+  }
+  if (n.unnamed && n.unnamed_score > best.score - kEvidence20To1) {
+    const double lead = best.score - n.unnamed_score;
+    out.rivals.push_back({{"unnamed: " + n.unnamed->where + ", " + n.unnamed->when},
+                          n.unnamed->terms,
                           std::exp(0.5 * lead),
                           false});
+    if (const Shape* shape = shape_of(w, *n.unnamed))
+      ties.push_back(tie_with_unnamed(n.space, n.library, best, *shape, lead));
+  }
+  for (const LookAlike& alike : n.alike) {
+    out.rivals.push_back(
+        {{alike.name}, alike.finding.terms, std::exp(-0.5 * alike.evidence), false});
+    if (alike.name == "plane_tilt")
+      out.notes.emplace_back(
+          "a tilted measuring plane (plane_tilt) is nearly the same data as a scale: level the "
+          "frame, or measure the plane's normal with points of all nests");
+  }
 }
 
-/// Everything that explains the readings as well, each with the tie that points may break.
-void add_rivals(Work& w, const Naming& naming, std::vector<Tie>& ties) {
-  Diagnosis& out = w.out;
-  const Candidate& best = naming.best;
-  for (const Candidate& c : rivals_of(best, naming.all)) {
-    const double lead = best.score - c.score;
-    out.rivals.push_back({names_of(c), c.parameters, std::exp(0.5 * lead), false});
-    ties.push_back(tie_between(w.library, best, c, lead));
+/// What the average over sets says beside the named ones.
+void add_possible(Work& w, const Naming& n) {
+  for (std::size_t e = 0; e < n.mean.probability.size(); ++e) {
+    const bool named =
+        std::ranges::find(n.best.effects, static_cast<int>(e)) != n.best.effects.end();
+    if (named || n.mean.probability[e] < kPossible) continue;
+    w.out.may_also_hold.push_back({effect_catalogue()[e].name, n.mean.probability[e]});
   }
-  for (const Candidate& c : structural_ties(w.library, best)) {
-    const bool known = std::any_of(out.rivals.begin(), out.rivals.end(), [&](Rival& r) {
-      r.structural = r.structural || r.names == names_of(c);
-      return r.names == names_of(c);
-    });
-    if (known) continue;
-    out.rivals.push_back({names_of(c), c.parameters, 1, true});
-    ties.push_back(tie_between(w.library, best, c, 0));
-  }
-  if (naming.unnamed && naming.unnamed_score > best.score - kEvidence20To1) {
-    const double lead = best.score - naming.unnamed_score;
-    add_unnamed_rival(w, *naming.unnamed, lead);
-    if (const Shape* shape = shape_of(w, *naming.unnamed))
-      ties.push_back(tie_with_unnamed(w.space, w.library, best, *shape, lead));
-  }
-  if (naming.alike) add_unnamed_rival(w, naming.alike->finding, -naming.alike->evidence);
+  std::ranges::stable_sort(w.out.may_also_hold, std::greater{}, &Possible::probability);
 }
 
 void decide(Work& w, std::vector<Tie>& ties) {
@@ -329,31 +594,40 @@ void decide(Work& w, std::vector<Tie>& ties) {
     out.verdict = out.effects.empty() ? Verdict::nothing_missing : Verdict::explained;
     return;
   }
-  Naming naming;
-  naming.all = search(w.library, 3);
-  if (naming.all.empty() || naming.all.front().score <= 0) {
-    leave_unexplained(w, out.before.findings);
-    add_unexplained_tie(w, {}, ties);
+  Naming n;
+  if (!search_on_exact_model(w, n) || !drop_what_costs_nothing(w, n)) {
+    leave_unexplained(w, significant(out.before, w.options.false_alarm));
+    add_unexplained_tie(w, w.space, w.library, {}, ties);
     return;
   }
-  naming.best = extend(w.library, naming.all.front());
-  const Candidate fitted = with_all_rails(w.library, naming.best);
-  out.fit = fit_with(w, fitted);
   const ResidualSpace left =
       residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   if (took_agreement_for_noise(w, out.after, w.options.inadequate)) return decide(w, ties);
-  name_effects(w, fitted, out.fit);
-  naming.unnamed = best_unnamed(w.space, w.library, naming.best, w.shapes, naming.unnamed_score);
-  naming.alike = best_look_alike(w.space, w.library, naming.best);
-  if (const auto findings = objections(w, naming); !findings.empty()) {
+  n.mean = average(n.library, family_of(n.library, n.best, n.all));
+  name_effects(w, n);
+  n.unnamed = best_unnamed(n.space, n.library, n.best, w.shapes, n.unnamed_score);
+  n.alike = look_alikes(n.space, n.library, n.best, w.campaign.readings);
+  if (const auto findings = objections(w, n); !findings.empty()) {
     leave_unexplained(w, findings);
-    add_unexplained_tie(w, naming.best, ties);
+    add_unexplained_tie(w, n.space, n.library, n.best, ties);
     return;
   }
-  add_rivals(w, naming, ties);
-  out.considered = runners_up(naming.best, naming.all);
+  add_rivals(w, n, ties);
+  add_possible(w, n);
+  out.considered = runners_up(n.best, n.all);
   out.verdict = out.rivals.empty() ? Verdict::explained : Verdict::ambiguous;
+}
+
+/// Wires, signs, frames or units are wrong: nothing is fitted, and no effect is named.
+void leave_to_the_screen(Work& w) {
+  Diagnosis& out = w.out;
+  out.verdict = Verdict::unexplained;
+  out.fit.model = nominal_model(w.campaign.mechanism);
+  out.notes.emplace_back(
+      "nothing was fitted: what the screen found has to be put right first, in the campaign's "
+      "files "
+      "or in the wiring");
 }
 
 }  // namespace
@@ -384,12 +658,23 @@ std::string to_string(NoiseSource source) {
   return {};
 }
 
+int fewest_replicates(double false_alarm, double inadequate) {
+  return static_cast<int>(std::ceil(1 / std::min(false_alarm, inadequate))) - 1;
+}
+
 Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options) {
   Work w{
       .campaign = campaign, .options = options, .readings = of_set(campaign, ReadingSet::identify)};
+  require_resolved(options);
   require_enough(w);
   first_noise(w);
+  w.out.suspect = gross_mistakes(campaign);
+  if (!w.out.suspect.empty()) {
+    leave_to_the_screen(w);
+    return w.out;
+  }
   fit_base(w);
+  settle_tails(w);
   drop_bad_readings(w);
   settle_noise(w);
   settle_correlation(w);

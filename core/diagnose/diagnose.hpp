@@ -14,6 +14,7 @@
 #include "core/diagnose/ties.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/reading.hpp"
+#include "core/measure/screen.hpp"
 
 namespace trammel {
 
@@ -29,6 +30,10 @@ struct DiagnoseOptions {
   bool new_epoch_next = true;  // points measured next get a homing and frame of their own
 };
 
+/// Replicates whose smallest p, 1 / (n + 1), reaches the lower of two levels: with fewer a test can
+/// never fail.
+int fewest_replicates(double false_alarm, double inadequate);
+
 enum class NoiseSource { tracker, repeats, residuals };
 std::string to_string(NoiseSource source);
 
@@ -37,6 +42,7 @@ struct NoiseFloor {
   TrackerSigma stated;    // 0 when none was stated
   TrackerSigma used;      // one reading, one standard deviation
   bool rescaled = false;  // the readings say another size than was stated
+  bool robust = false;    // heavy tails: far readings are drawn in
   std::optional<PooledNoise> repeats;
   double correlation = 0;  // of successive readings, 0 when it is not significant
 };
@@ -45,7 +51,7 @@ struct NamedParameter {
   std::string name;
   std::string unit;
   double value = 0;
-  double std = 0;
+  double std = 0;        // noise, and the choice of the set and its rails (Average)
   bool unusual = false;  // outside the effect's usual range
 };
 
@@ -54,8 +60,23 @@ struct NamedEffect {
   std::vector<int> rails;  // from 1
   std::vector<NamedParameter> parameters;
   std::vector<int> seqs;    // outlier_readings only
-  double share_of_gap = 0;  // of what all named effects take out of chi^2
-  double p = 1;
+  double share_of_gap = 0;  // of chi^2 that the exact fit loses without it, of the sum over effects
+  double p = 1;             // of that loss
+};
+
+/// An effect outside the named set that the average over sets does not rule out.
+struct Possible {
+  std::string name;
+  double probability = 0;  // weight of the sets that hold it
+};
+inline constexpr double kPossible = 0.02;
+inline constexpr double kSure = 0.95;  // probability below which a named effect is not `explained`
+
+/// A far reading that the noise's own heavy tails explain.
+struct FarReading {
+  int seq = 0;
+  double sigmas = 0;
+  std::string why;
 };
 
 struct Rival {
@@ -93,7 +114,10 @@ struct Diagnosis {
   std::vector<NamedEffect> effects;
   std::vector<NamedEffect>
       tried;  // unexplained: the best the catalogue could do, not added to the model
+  std::vector<Suspicion> suspect;  // gross mistakes, found before any fit: nothing else is tried
+  std::vector<FarReading> suspicious;
   std::vector<Rival> rivals;
+  std::vector<Possible> may_also_hold;
   std::vector<Considered> considered;  // sets that lost by more than a rival may
   std::vector<Finding> structure;      // what is left when the verdict is `unexplained`
   std::vector<GapStep> gap;
@@ -104,7 +128,8 @@ struct Diagnosis {
 };
 
 /// Runs the workflow on the readings of `campaign`; validation readings enter the gap only.
-/// @throws InputError when there are too few readings to identify the base (says how many)
+/// @throws InputError when there are too few readings to identify the base (says how many), or too
+/// few replicates to reach the levels
 Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options = {});
 
 }  // namespace trammel

@@ -105,16 +105,17 @@ GapStep make_step(std::string name, const RobotModel& robot, std::span<const Rea
 
 void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, const GeometryFit& base,
                  Diagnosis& diagnosis) {
-  std::vector<Reading> unseen;
+  std::vector<Reading> unseen, seen;  // as measured: a robust fit draws far readings in
   for (const Reading& r : campaign.readings) {
     if (r.set == ReadingSet::validate && r.measured) unseen.push_back(r);
+    if (std::ranges::find(fitted, r.seq, &Reading::seq) != fitted.end()) seen.push_back(r);
   }
   const TrackerSigma sigma = diagnosis.noise.used;
   const RobotModel nominal = nominal_model(campaign.mechanism);
-  diagnosis.gap.push_back(make_step("nominal", nominal, fitted, unseen, nominal, sigma.xy_mm));
+  diagnosis.gap.push_back(make_step("nominal", nominal, seen, unseen, nominal, sigma.xy_mm));
   const auto add = [&](std::string name, const GeometryFit& fit) {
     diagnosis.gap.push_back(
-        make_step(std::move(name), fit.model, fitted, unseen, nominal, sigma.xy_mm));
+        make_step(std::move(name), fit.model, seen, unseen, nominal, sigma.xy_mm));
     add_parameters(diagnosis.gap.back(), fit);
   };
   add("geometry", base);

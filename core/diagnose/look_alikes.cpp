@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "core/model/effect.hpp"
@@ -17,8 +19,13 @@ using Basis = std::function<Deviation(const Reading&, const Moment&, int k)>;
 
 struct Pretender {
   std::vector<std::string> effects;  // that it may be taken for
-  std::string what, when;
+  std::string name, what, when;
   Basis basis;
+  int columns = kChains;  // one a rail, of which some are chosen; 1: it has no rails
+  double price = kPriceOfName + kPriceOfParameter;  // with one column
+  double rarity = kEvidence20To1;                   // 2 ln of how much rarer than the effect
+  bool always = false;                              // asked even where nothing tells it apart
+  bool positive = false;                            // its one column has no other sign
 };
 
 Deviation along(int rail, double dl_mm) {
@@ -27,18 +34,103 @@ Deviation along(int rail, double dl_mm) {
   return d;
 }
 
-/// Temperature `lag_h` before a reading, from the readings' own record (the first one before it).
-double earlier_degc(const std::vector<Reading>& readings, double time_s) {
-  auto before = readings.front().conditions;
-  for (const Reading& r : readings) {
-    if (*r.conditions.time_s <= time_s && *r.conditions.time_s >= *before.time_s)
-      before = r.conditions;
+std::string length(double mm) { return std::to_string(static_cast<int>(mm)) + " mm"; }
+
+/// What a kind's scale (radius, length, time) costs: the choice among `n`.
+double price_of_scale(std::size_t n) {
+  return kPriceOfName + kPriceOfParameter + 2 * std::log(static_cast<double>(n));
+}
+
+/// A value for each row of the path and each rail, by seq.
+using AlongPath = std::map<int, Displacements>;
+
+/// (l - F_r) / r after each row: 1 when the play was last taken up in + direction, -1 in -.
+AlongPath play(const std::vector<Reading>& path, const Displacements& home_mm, double radius_mm) {
+  AlongPath taken;
+  std::map<int, Displacements> at;  // F of each epoch
+  for (const Reading& r : path) {
+    Displacements& F = at.try_emplace(r.conditions.epoch, home_mm).first->second;
+    for (const Displacements& l : {r.conditions.from_mm, r.conditions.cmd_mm}) {
+      F = (l.array() - radius_mm).max((l.array() + radius_mm).min(F.array())).matrix();
+    }
+    taken[r.seq] = (r.conditions.cmd_mm - F) / radius_mm;
   }
-  return *before.temp_degc;
+  return taken;
+}
+
+/// Friction that remembers the path: play operators, and what a move leaves until a longer one.
+void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
+                std::vector<Pretender>& kinds) {
+  const Moment& first = space.predictions.front().moment;
+  const Displacements home_mm = first.l_mm - first.s_mm;
+  constexpr double kRadiiMm[] = {1, 2, 4, 8, 16, 32};
+  std::vector<AlongPath> plays;
+  for (const double r : kRadiiMm) plays.push_back(play(path, home_mm, r));
+  const auto add = [&](const AlongPath& taken, std::size_t choices, const std::string& when) {
+    kinds.push_back({.effects = {"backlash"},
+                     .name = "hysteresis",
+                     .what = "rails whose friction remembers the path",
+                     .when = when,
+                     .basis = [taken](const Reading& r, const Moment&,
+                                      int k) { return along(k, -taken.at(r.seq)[k]); },
+                     .price = price_of_scale(choices),
+                     .rarity = kEvidence20To1 / 2});
+  };
+  constexpr std::size_t kOctaves = std::size(kRadiiMm);
+  // one play, or as many of neighbouring octaves with one weight: a hysteresis of some width
+  constexpr std::size_t kChoices = kOctaves * (kOctaves + 1) / 2;
+  for (std::size_t from = 0; from < kOctaves; ++from) {
+    AlongPath sum = plays[from];
+    for (std::size_t to = from; to < kOctaves; ++to) {
+      const auto n = static_cast<double>(to - from + 1);
+      if (to > from) {
+        for (auto& [seq, taken] : sum) taken += plays[to].at(seq);
+      }
+      AlongPath mean = sum;
+      for (auto& [seq, taken] : mean) taken /= n;
+      add(mean, kChoices,
+          to == from ? "play of " + length(kRadiiMm[from])
+                     : "plays of " + length(kRadiiMm[from]) + " to " + length(kRadiiMm[to]));
+    }
+  }
+  constexpr double kLengthsMm[] = {1, 2, 3, 5, 8, 12, 20, 30};
+  for (const double d : kLengthsMm) {
+    kinds.push_back({.effects = {"backlash"},
+                     .name = "move_memory",
+                     .what = "rails that remember the last move",
+                     .when = "decaying over " + length(d),
+                     .basis =
+                         [d](const Reading&, const Moment& m, int k) {
+                           return along(k,
+                                        -m.direction[k] * std::exp(-std::abs(m.travel_mm[k]) / d));
+                         },
+                     .price = price_of_scale(std::size(kLengthsMm)),
+                     .rarity = kEvidence20To1 / 2});
+  }
+}
+
+/// The temperature after a lag of first order, tau dF/dt = T - F, from the first record on; the
+/// record is linear in between, for which the step is exact.
+std::map<int, double> filtered_degc(std::vector<Reading> record, double tau_s) {
+  std::ranges::stable_sort(record, {}, [](const Reading& r) { return *r.conditions.time_s; });
+  std::map<int, double> filtered;
+  double t = *record.front().conditions.time_s, T = *record.front().conditions.temp_degc, F = T;
+  for (const Reading& r : record) {
+    const double dt = *r.conditions.time_s - t, next = *r.conditions.temp_degc;
+    if (dt > 0) {
+      const double behind = (next - T) / dt * tau_s;  // of a ramp, in the long run
+      F = next - behind + (F - T + behind) * std::exp(-dt / tau_s);
+    }
+    t += dt;
+    T = next;
+    filtered[r.seq] = F;
+  }
+  return filtered;
 }
 
 /// What goes with temperature or time in a way that growth and drift do too.
-void add_slow(const ResidualSpace& space, std::vector<Pretender>& kinds) {
+void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
+              std::vector<Pretender>& kinds) {
   const std::vector<Reading>& readings = space.readings;
   const bool timed = std::ranges::all_of(
       readings, [](const Reading& r) { return r.conditions.time_s.has_value(); });
@@ -47,44 +139,99 @@ void add_slow(const ResidualSpace& space, std::vector<Pretender>& kinds) {
                             return *r.conditions.time_s;
                           }).conditions.time_s;
   for (const int within_min : {5, 10, 15, 20, 30}) {
-    kinds.push_back({{"thermal_growth", "tracker_drift"},
-                     "rails that settle after the start",
-                     "within " + std::to_string(within_min) + " min",
-                     [=](const Reading& r, const Moment&, int k) {
+    kinds.push_back({.effects = {"thermal_growth", "tracker_drift"},
+                     .name = "settling",
+                     .what = "rails that settle after the start",
+                     .when = "within " + std::to_string(within_min) + " min",
+                     .basis = [=](const Reading& r, const Moment&, int k) {
                        const double since_s = *r.conditions.time_s - first_s;
                        return along(k, std::exp(-since_s / (60 * within_min)));
                      }});
   }
-  const bool recorded = std::ranges::all_of(
-      readings, [](const Reading& r) { return r.conditions.temp_degc.has_value(); });
-  if (!recorded) return;
-  for (const int lag_min : {10, 20, 30, 45, 60}) {
-    kinds.push_back({{"thermal_growth", "tracker_drift"},
-                     "rails that follow the thermometer",
-                     std::to_string(lag_min) + " min late",
-                     [&readings, lag_min](const Reading& r, const Moment& m, int k) {
-                       const double degc =
-                           earlier_degc(readings, *r.conditions.time_s - 60 * lag_min);
-                       return along(k, m.l_mm[k] * (degc - kReferenceTemperatureDegc));
-                     }});
+  const auto recorded = [](const Reading& r) {
+    return r.conditions.temp_degc.has_value() && r.conditions.time_s.has_value();
+  };
+  if (!std::ranges::all_of(readings, recorded)) return;
+  std::vector<Reading> record;
+  std::ranges::copy_if(path, std::back_inserter(record), recorded);
+  constexpr double kLagsMin[] = {1, 2, 4, 8, 15, 30, 45, 60, 90, 120, 180, 360};
+  for (const double lag_min : kLagsMin) {
+    kinds.push_back({.effects = {"thermal_growth", "tracker_drift"},
+                     .name = "lagged_growth",
+                     .what = "rails that follow the thermometer",
+                     .when = std::to_string(static_cast<int>(lag_min)) + " min late",
+                     .basis =
+                         [late = filtered_degc(record, 60 * lag_min)](const Reading& r,
+                                                                      const Moment& m, int k) {
+                           return along(k,
+                                        m.l_mm[k] * (late.at(r.seq) - kReferenceTemperatureDegc));
+                         },
+                     .price = price_of_scale(std::size(kLagsMin)),
+                     .rarity = kEvidence20To1 / 2});
   }
 }
 
-std::vector<Pretender> kinds_for(const ResidualSpace& space) {
+/// A measuring plane tilted by t: lengths along azimuth a shrink by 1 - cos t = m.
+void add_tilts(std::vector<Pretender>& kinds) {
+  constexpr int kAzimuths = 36;  // half a turn; 2.5 deg off the nearest loses 0.2 % of the signal
+  for (int k = 0; k < kAzimuths; ++k) {
+    const double a = kPi * k / kAzimuths;
+    char when[48];
+    std::snprintf(when, sizeof when, "along %.0f deg", deg_from_rad(a));
+    kinds.push_back({.effects = {"lead_scale", "tracker_scale"},
+                     .name = "plane_tilt",
+                     .what = "the measuring plane is tilted: lengths shrink",
+                     .when = when,
+                     .basis =
+                         [a](const Reading&, const Moment& m, int) {
+                           const double c = std::cos(a), s = std::sin(a);
+                           const double along_a = c * m.pose.x_mm + s * m.pose.y_mm;
+                           Deviation d;
+                           d.dX = {-along_a * c, -along_a * s, 0};
+                           return d;
+                         },
+                     .columns = 1,
+                     .price = kPriceOfName + 2 * kPriceOfParameter,  // azimuth and tilt
+                     .rarity = 0,
+                     .always = true,
+                     .positive = true});
+  }
+}
+
+std::vector<Pretender> kinds_for(const ResidualSpace& space, const std::vector<Reading>& path) {
   std::vector<Pretender> kinds = {
-      {{"backlash"},
-       "rails that lose motion",
-       "in proportion to the last move",
-       [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }}};
-  add_slow(space, kinds);
+      {.effects = {"backlash"},
+       .name = "lost motion",
+       .what = "rails that lose motion",
+       .when = "in proportion to the last move",
+       .basis = [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }}};
+  add_memory(space, path, kinds);
+  add_slow(space, path, kinds);
+  add_tilts(kinds);
   return kinds;
 }
 
-/// Units of `best` with (`of_it`) or without the effect.
-std::vector<int> units_of(const Library& library, const Candidate& best, int effect, bool of_it) {
+/// Sets of effects of `best` that a kind may stand for: each alone, and all of them.
+std::vector<std::vector<int>> taken_for(const Pretender& kind, const Candidate& best) {
+  std::vector<std::vector<int>> sets;
+  std::vector<int> all;
+  for (const int effect : best.effects) {
+    const std::string& name = effect_catalogue()[static_cast<std::size_t>(effect)].name;
+    if (std::ranges::find(kind.effects, name) == kind.effects.end()) continue;
+    sets.push_back({effect});
+    all.push_back(effect);
+  }
+  if (all.size() > 1) sets.push_back(all);
+  return sets;
+}
+
+/// Units of `best` with (`of_it`) or without the effects.
+std::vector<int> units_of(const Library& library, const Candidate& best,
+                          const std::vector<int>& effects, bool of_it) {
   std::vector<int> units;
   for (const int u : best.units) {
-    if ((library.units[static_cast<std::size_t>(u)].effect == effect) == of_it) units.push_back(u);
+    const int effect = library.units[static_cast<std::size_t>(u)].effect;
+    if ((std::ranges::find(effects, effect) != effects.end()) == of_it) units.push_back(u);
   }
   return units;
 }
@@ -103,68 +250,83 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& span, const Eigen::MatrixXd& colum
   return without(span, columns);
 }
 
-/// One effect of the best set, taken out: the span that it leaves free, and what it explains there.
+/// Effects of the best set, taken out: the span that they leave free, and what they explain there.
 struct Place {
   Eigen::MatrixXd kept;  // orthonormal: what stays named
-  Eigen::MatrixXd span;  // of the effect, beside it
+  Eigen::MatrixXd span;  // of the effects, beside it
   Eigen::VectorXd seen;  // of the residual, in that span
-  double price = 0;      // of the effect's units
+  double price = 0;      // of the effects' units
 };
 
 Place place_of(const ResidualSpace& space, const Library& library, const Candidate& best,
-               int effect) {
-  const std::vector<int> others = units_of(library, best, effect, false);
+               const std::vector<int>& effects) {
+  const std::vector<int> others = units_of(library, best, effects, false);
   Place place{
       .kept = orthonormal(space.project(signals_of(library, others))), .span = {}, .seen = {}};
   place.span = orthonormal(beside(
-      place.kept, space.project(signals_of(library, units_of(library, best, effect, true)))));
+      place.kept, space.project(signals_of(library, units_of(library, best, effects, true)))));
   place.seen = within(place.span, space.residual);
   place.price = price_of(library, best.units) - price_of(library, others);
   return place;
 }
 
-/// The rails of the look-alike that earn most: each choice of some of the three.
-void try_rails(const ResidualSpace& space, const Place& place, const Eigen::MatrixXd& rails,
+/// The columns of the look-alike that earn most: each choice of some of its rails.
+void try_rails(const ResidualSpace& space, const Place& place, const Eigen::MatrixXd& columns,
                const Pretender& kind, std::optional<LookAlike>& found) {
-  for (unsigned choice = 1; choice < 1U << kChains; ++choice) {
+  for (unsigned choice = 1; choice < 1U << columns.cols(); ++choice) {
     std::vector<int> chosen;
-    for (int k = 0; k < kChains; ++k) {
+    for (int k = 0; k < columns.cols(); ++k) {
       if ((choice >> k & 1U) != 0) chosen.push_back(k);
     }
-    const Eigen::MatrixXd span = orthonormal(beside(place.kept, rails(Eigen::all, chosen)));
+    const Eigen::MatrixXd own = beside(place.kept, columns(Eigen::all, chosen));
+    if (kind.positive && own.col(0).dot(space.residual) < 0) continue;
+    const Eigen::MatrixXd span = orthonormal(own);
     const Eigen::VectorXd seen = within(span, space.residual);
     // what either can't imitate of the other as fitted
     const double told =
         std::max(without(span, place.seen).squaredNorm(), without(place.span, seen).squaredNorm());
     const auto n = static_cast<double>(chosen.size());
-    const double price =
-        kPriceOfName + kPriceOfParameter + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));
-    const double evidence = seen.squaredNorm() - price - (place.seen.squaredNorm() - place.price);
-    if (told < kTellApart || evidence <= 0 || (found && evidence <= found->evidence)) continue;
-    found = LookAlike{{kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
-                       static_cast<int>(chosen.size())},
-                      evidence};
+    const double price = kind.price + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));
+    const double evidence =
+        seen.squaredNorm() - price - kind.rarity - (place.seen.squaredNorm() - place.price);
+    const double apart = std::max(kTellApart, kSameSignal * place.seen.squaredNorm());
+    if ((told < apart && !kind.always) || evidence <= -kEvidence20To1) continue;
+    if (found && evidence <= found->evidence) continue;
+    found = LookAlike{
+        kind.rarity < kEvidence20To1 ? kind.name : "unnamed: " + kind.what + ", " + kind.when,
+        {kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
+         static_cast<int>(chosen.size())},
+        evidence};
   }
 }
 
 }  // namespace
 
-std::optional<LookAlike> best_look_alike(const ResidualSpace& space, const Library& library,
-                                         const Candidate& best) {
-  std::optional<LookAlike> found;
-  for (const int effect : best.effects) {
-    const std::string& name = effect_catalogue()[static_cast<std::size_t>(effect)].name;
-    const Place place = place_of(space, library, best, effect);
-    for (const Pretender& kind : kinds_for(space)) {
-      if (std::ranges::find(kind.effects, name) == kind.effects.end()) continue;
-      Eigen::MatrixXd rails(space.rows(), kChains);
-      for (int k = 0; k < kChains; ++k) {
-        rails.col(k) = whitened_signal(
-            space, [&](const Reading& r, const Moment& m) { return kind.basis(r, m, k); });
-      }
-      try_rails(space, place, space.project(rails), kind, found);
+std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& library,
+                                   const Candidate& best, std::span<const Reading> path) {
+  std::vector<Reading> rows(path.begin(), path.end());
+  std::ranges::stable_sort(rows, {}, &Reading::seq);
+  std::map<std::vector<int>, Place> places;
+  std::map<std::string, std::optional<LookAlike>> of_kind;
+  for (const Pretender& kind : kinds_for(space, rows)) {
+    const auto sets = taken_for(kind, best);
+    if (sets.empty()) continue;
+    Eigen::MatrixXd columns(space.rows(), kind.columns);
+    for (int k = 0; k < kind.columns; ++k) {
+      columns.col(k) = whitened_signal(
+          space, [&](const Reading& r, const Moment& m) { return kind.basis(r, m, k); });
+    }
+    columns = space.project(columns);
+    for (const std::vector<int>& effects : sets) {
+      if (!places.contains(effects)) places[effects] = place_of(space, library, best, effects);
+      try_rails(space, places[effects], columns, kind, of_kind[kind.name]);
     }
   }
+  std::vector<LookAlike> found;
+  for (const auto& [name, alike] : of_kind) {
+    if (alike) found.push_back(*alike);
+  }
+  std::ranges::stable_sort(found, std::greater{}, &LookAlike::evidence);
   return found;
 }
 

@@ -1,9 +1,12 @@
 #pragma once
-// What is not in the catalogue and looks like an effect that is: motion lost in proportion to the
-// last move looks like backlash where moves are of nearly one length; rails that follow the
-// thermometer late, or settle after the start, look like thermal growth, or like a drift.
+// What looks like an effect that the search names, and is another thing: friction that remembers
+// the path, or motion lost in proportion to the move, for backlash; rails that follow the
+// thermometer late, or settle after the start, for thermal growth or a drift; a tilted measuring
+// plane for a scale.
 
-#include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "core/diagnose/residual_space.hpp"
 #include "core/diagnose/selection.hpp"
@@ -12,18 +15,27 @@
 namespace trammel {
 
 struct LookAlike {
+  std::string name;  // as rivals are told: "hysteresis", or "unnamed: …"
   Finding finding;
-  double evidence = 0;  // chi^2 that it gains over the effect it stands for, each less its price
+  double evidence = 0;  // chi^2 that it gains over the effects it stands for, each less its price
 };
 
-/// The look-alike that earns most in place of one effect of `best`, on the rails that suit it, at
-/// the price of an effect of the catalogue; nothing when none earns more than the effect does.
+/// The best of each kind of look-alike in place of one effect of `best`, or of all those it may be
+/// taken for, on the rails that suit it; by falling evidence, those within 20:1. A kind that has no
+/// name is held to be 20 times rarer than the effect, friction with memory and a thermometer that
+/// lags 4.5 times, a tilted plane as common.
 ///
-/// Asked only where the readings can tell the two apart: the part of the effect's fitted signal
-/// that the look-alike can't imitate must carry kTellApart (chi^2). A look-alike is held to be 20
-/// times rarer than the effect, so one that only fits as well is no rival.
-std::optional<LookAlike> best_look_alike(const ResidualSpace& space, const Library& library,
-                                         const Candidate& best);
+/// Price: that of an effect of the catalogue, and 2 ln(n) for a scale (radius, length, time) chosen
+/// among n. Asked only where the readings can tell the two apart (the part of either's fitted
+/// signal that the other can't imitate carries kTellApart of chi^2), but for a tilted plane, which
+/// hardly any point tells from a scale. `path`: all rows in the order they were commanded, failed
+/// and unseen ones too; the play operators
+///   F <- max(l - r, min(l + r, F))          (Krasnosel'skii & Pokrovskii 1989; from home, per
+///   epoch)
+/// and the filtered temperature  tau dF/dt = T - F  follow it.
+std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& library,
+                                   const Candidate& best, std::span<const Reading> path);
 inline constexpr double kTellApart = 6.0;
+inline constexpr double kSameSignal = 0.05;
 
 }  // namespace trammel

@@ -7,6 +7,7 @@
 #include "core/diagnose/selection.hpp"
 #include "core/diagnose/structure.hpp"
 #include "core/linear/decompositions.hpp"
+#include "core/statistics/limits.hpp"
 
 namespace trammel {
 
@@ -75,9 +76,8 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
   return fit;
 }
 
-/// Heavier tails than a normal distribution's: kurtosis of the good readings beyond four of its
-/// errors.
-bool heavy_tails(const RobustFit& fit, double threshold) {
+/// Excess kurtosis of the readings within the threshold, in its errors sqrt(24 / n); 0 for too few.
+double tail_weight(const RobustFit& fit, double threshold) {
   double m2 = 0, m4 = 0, count = 0;
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {
     if (fit.distance[i] > threshold) continue;
@@ -88,9 +88,21 @@ bool heavy_tails(const RobustFit& fit, double threshold) {
       count += 1;
     }
   }
-  if (count < 30 || m2 <= 0) return false;
-  const double kurtosis = m4 * count / (m2 * m2) - 3;
-  return kurtosis > 4 * std::sqrt(24 / count);
+  if (count < 30 || m2 <= 0) return 0;
+  return (m4 * count / (m2 * m2) - 3) / std::sqrt(24 / count);
+}
+
+/// Heavier tails than a normal distribution's: beyond four errors of the kurtosis; beyond two where
+/// far readings are there to ask for them, none of which is farther than ten sigmas.
+bool heavier_than_normal(const RobustFit& fit, double threshold) {
+  const double farthest = fit.distance.maxCoeff();
+  const bool moderate = farthest > threshold && farthest < kTenSigmasSquared;
+  return tail_weight(fit, threshold) > (moderate ? 2 : 4);
+}
+
+/// Squared sigmas beyond which one of n normal readings lies in a share kFalseOutlier of campaigns.
+double far_for(std::size_t n) {
+  return chi2_limit(kFalseOutlier / static_cast<double>(n), 3);
 }
 
 /// Readings that follow one another: most of those flagged stand next to another one. Single bad
@@ -115,17 +127,48 @@ NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signal
   NoiseRatio ratio;
   ratio.xy = std::sqrt(xy / xy_dof);
   ratio.phi = std::sqrt(phi / phi_dof);
-  ratio.u_xy = ratio.xy / std::sqrt(2 * xy_dof);
-  ratio.u_phi = ratio.phi / std::sqrt(2 * phi_dof);
+  ratio.xy_dof = xy_dof;
+  ratio.phi_dof = phi_dof;
   return ratio;
+}
+
+bool other_size(double ratio, double dof) {
+  if (!(dof >= 1)) return false;
+  const double larger = chi2_tail(dof * ratio * ratio, dof);
+  return std::min(larger, 1 - larger) < kOtherSize / 2;
+}
+
+std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
+  const RobustFit fit = robust_fit(space, all_columns(space, signals));
+  const double normal = far_for(space.readings.size());
+  if (!heavier_than_normal(fit, normal)) return std::nullopt;
+  // P(|t_3| > x) -> 4 sqrt(3) / (pi x^3) = 2.205 / x^3 for large x; 3 coordinates a reading
+  const double student =
+      std::pow(2.205 * 3 * static_cast<double>(space.readings.size()) / kFalseOutlier, 2.0 / 3);
+  const Eigen::Vector3d sigma(space.sigma.xy_mm, space.sigma.xy_mm, space.sigma.phi_rad);
+  Tails tails{.far = {}, .gross = {}, .sigmas = {}, .readings = space.readings};
+  for (std::size_t i = 0; i < tails.readings.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const double d = fit.distance[at];
+    if (d > normal) {
+      tails.far.push_back(i);
+      tails.sigmas.push_back(std::sqrt(d));
+    }
+    if (d > student) tails.gross.push_back(i);
+    if (d <= kWinsor * kWinsor) continue;
+    const double excess = 1 - kWinsor / std::sqrt(d);
+    const Eigen::Vector3d r = fit.residual.segment<3>(3 * at);
+    tails.readings[i].measured =
+        Pose::from(tails.readings[i].measured->vector() - excess * sigma.cwiseProduct(r));
+  }
+  return tails;
 }
 
 std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
   const RobustFit fit = robust_fit(space, all_columns(space, signals));
   const auto n = static_cast<double>(space.readings.size());
-  double threshold = 12;
-  while (chi2_tail(threshold, 3) * n > kFalseOutlier) threshold += 0.25;
-  if (heavy_tails(fit, threshold)) threshold = kTenSigmasSquared;
+  double threshold = far_for(space.readings.size());
+  if (heavier_than_normal(fit, threshold)) threshold = kTenSigmasSquared;
   std::vector<std::size_t> bad;
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {
     if (fit.distance[i] > threshold) bad.push_back(static_cast<std::size_t>(i));
@@ -142,13 +185,15 @@ double noise_correlation(const std::function<ResidualSpace(double rho)>& space_w
     removed.push_back({"catalogue", "all", make_library(space).signals});
     return successive_agreement(space, removed);
   };
-  if (!known && (z_at(0, false) < kCorrelated || z_at(0, true) < kNotACourse)) return 0;
-  double low = 0, high = 0.95;  // z falls as rho rises
+  const double z = z_at(0, false);
+  const double sign = z < 0 ? -1 : 1;
+  if (!known && (std::abs(z) < kCorrelated || sign * z_at(0, true) < kNotACourse)) return 0;
+  double low = 0, high = 0.95;  // of |rho|: sign * z falls as it rises
   while (high - low > kTooSmall) {
     const double middle = 0.5 * (low + high);
-    (z_at(middle, !known) > 0 ? low : high) = middle;
+    (sign * z_at(sign * middle, !known) > 0 ? low : high) = middle;
   }
-  return 0.5 * (low + high);
+  return sign * 0.5 * (low + high);
 }
 
 }  // namespace trammel

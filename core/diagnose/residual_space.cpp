@@ -7,17 +7,48 @@
 
 namespace trammel {
 
-ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
-                             const TrackerSigma& sigma, double correlation) {
+namespace {
+
+ResidualSpace bare_space(const GeometryFit& fit, std::span<const Reading> readings,
+                         const TrackerSigma& sigma, double correlation) {
   ResidualSpace space;
   space.readings.assign(readings.begin(), readings.end());
   space.sigma = sigma;
   space.correlation = correlation;
   for (const Reading& reading : readings) {
-    space.predictions.push_back(moment_of(fit.model, reading.conditions));
+    space.predictions.push_back(predict(fit.model, reading.conditions));
   }
+  return space;
+}
+
+}  // namespace
+
+ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
+                             const TrackerSigma& sigma, double correlation) {
+  ResidualSpace space = bare_space(fit, readings, sigma, correlation);
   space.Q = orthonormal(product(fit.system.jacobian, fit.identified.directions), 0);
   space.residual = space.project(fit.system.residual);
+  return space;
+}
+
+ResidualSpace undecided_space(const GeometryFit& fit, std::span<const Reading> readings,
+                              const TrackerSigma& sigma, double correlation) {
+  ResidualSpace space = bare_space(fit, readings, sigma, correlation);
+  Eigen::VectorXd y = fit.system.residual;
+  std::vector<Eigen::Index> base;
+  for (std::size_t j = 0; j < fit.parameters.size(); ++j) {
+    const FreeParameter& p = fit.parameters[j];
+    const auto column = static_cast<Eigen::Index>(j);
+    if (p.kind != FreeParameter::Kind::effect) {
+      base.push_back(column);
+      continue;
+    }
+    const double value = fit.model.effects[static_cast<std::size_t>(p.owner)].values[p.index];
+    y += value / p.scale * fit.system.jacobian.col(column);
+  }
+  const Eigen::MatrixXd J = fit.system.jacobian(Eigen::all, base);
+  space.Q = orthonormal(J * identifiable(J).directions, 0);
+  space.residual = space.project(y);
   return space;
 }
 

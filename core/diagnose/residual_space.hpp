@@ -20,7 +20,7 @@ namespace trammel {
 /// chi^2 test.
 struct ResidualSpace {
   std::vector<Reading> readings;
-  std::vector<Prediction> predictions;  // of the fit's geometry, with the moments effects act in
+  std::vector<Prediction> predictions;  // of the fit, with the moments effects act in
   TrackerSigma sigma;
   double correlation = 0;    // of successive readings: taken out of residual, Q and signals alike
   Eigen::MatrixXd Q;         // orthonormal, shape (3N, rank)
@@ -36,6 +36,14 @@ struct ResidualSpace {
 /// Around `fit`, which was made on `readings` with `sigma` and `correlation`.
 ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
                              const TrackerSigma& sigma, double correlation = 0);
+
+/// The linearisation of the same exact fit in which its effects are not yet decided on: Q holds the
+/// base alone, and the residual has the effects' fitted signals given back,
+///   y = M (r + sum_k v_k dX/dv_k)
+/// so that a search around it weighs every set to first order at the fit. About the base, what is
+/// left of second order of an effect of 1e-2 is some micrometres, and other effects follow those.
+ResidualSpace undecided_space(const GeometryFit& fit, std::span<const Reading> readings,
+                              const TrackerSigma& sigma, double correlation = 0);
 
 /// Whitened signal of a deviation given per reading, shape (3N). Not projected.
 template <typename DeviationOf>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "core/linear/decompositions.hpp"
 
@@ -11,7 +12,8 @@ namespace trammel {
 namespace {
 
 constexpr double kVisibleSigmas =
-    2.0;  // an effect at its usual maximum must move the readings by more
+    2.0;                            // an effect at its usual maximum must move the readings by more
+constexpr double kOutOfSight = 30;  // below the best score: neither a rival nor in any average
 constexpr double kCollinear = 1e-9;  // share of a column that must survive the others of its set
 
 std::vector<std::vector<int>> units_of(const Effect& effect) {
@@ -26,6 +28,17 @@ std::vector<std::vector<int>> units_of(const Effect& effect) {
   return units;
 }
 
+/// One parameter on each rail: the same cause (screws of one batch, one steel, one kind of nut) may
+/// act on all of them by the same amount, which is one parameter, not three that happen to agree.
+bool one_per_rail_of(const Effect& effect) {
+  if (effect.parameters.size() != kChains) return false;
+  for (int k = 0; k < kChains; ++k) {
+    const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
+    if (p.rail != k || p.joined) return false;
+  }
+  return true;
+}
+
 bool testable(const Effect& effect, const ResidualSpace& space) {
   return std::all_of(space.predictions.begin(), space.predictions.end(),
                      [&](const Prediction& at) { return recorded(effect, at.moment); });
@@ -34,52 +47,14 @@ bool testable(const Effect& effect, const ResidualSpace& space) {
 double units_per_effect(const Library& library, int effect) {
   return static_cast<double>(
       std::count_if(library.units.begin(), library.units.end(),
-                    [effect](const Unit& unit) { return unit.effect == effect; }));
+                    [effect](const Unit& unit) { return unit.effect == effect && !unit.common; }));
 }
 
-/// Least squares of some columns of the library; nothing when they are collinear.
-std::optional<Candidate> solve(const Library& library, const std::vector<int>& units) {
-  Candidate c;
-  c.units = units;
-  std::vector<int> columns;
-  for (const int u : units) {
-    const Unit& unit = library.units[static_cast<std::size_t>(u)];
-    columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
-    if (c.effects.empty() || c.effects.back() != unit.effect) c.effects.push_back(unit.effect);
-  }
-  const auto n = static_cast<Eigen::Index>(columns.size());
-  Eigen::MatrixXd G(n, n);
-  Eigen::VectorXd b(n), scale(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int ci = columns[static_cast<std::size_t>(i)];
-    scale[i] = 1 / std::sqrt(library.gram(ci, ci));
-    b[i] = library.moment[ci] * scale[i];
-    for (Eigen::Index j = 0; j <= i; ++j) {
-      G(i, j) = library.gram(ci, columns[static_cast<std::size_t>(j)]) * scale[i] * scale[j];
-    }
-  }
-  const Cholesky factor(std::move(G));
-  if (!factor.ok() || factor.pivots().minCoeff() < kCollinear) return std::nullopt;
-  const Eigen::VectorXd scaled = factor.solve(b);
-  const Eigen::MatrixXd inverse = factor.inverse();
-  c.gain = b.dot(scaled);
-  c.values = scaled.cwiseProduct(scale);
-  c.std = inverse.diagonal().cwiseSqrt().cwiseProduct(scale);
-  c.parameters = static_cast<int>(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int ci = columns[static_cast<std::size_t>(i)];
-    const double slack = 2 * c.std[i];
-    c.usual = c.usual && c.values[i] <= library.usual_max[ci] + slack &&
-              c.values[i] >= library.usual_min[ci] - slack;
-  }
-  c.score = c.gain - price_of(library, units) - (c.usual ? 0 : kPriceOfUnusual);
-  return c;
-}
-
-/// Calls f with every non-empty choice of `units` for each effect of the set, joined.
+/// Calls f with every non-empty choice of `units` for each effect of the set, joined; what is
+/// common to all rails stands alone.
 template <typename F>
-void each_choice(const std::vector<std::vector<int>>& units_of_effects, std::size_t at,
-                 std::vector<int>& chosen, F f) {
+void each_choice(const Library& library, const std::vector<std::vector<int>>& units_of_effects,
+                 std::size_t at, std::vector<int>& chosen, F f) {
   if (at == units_of_effects.size()) {
     f(chosen);
     return;
@@ -87,10 +62,15 @@ void each_choice(const std::vector<std::vector<int>>& units_of_effects, std::siz
   const auto& units = units_of_effects[at];
   for (unsigned mask = 1; mask < (1U << units.size()); ++mask) {
     const std::size_t before = chosen.size();
+    bool common = false;
     for (std::size_t u = 0; u < units.size(); ++u) {
-      if (mask >> u & 1U) chosen.push_back(units[u]);
+      if ((mask >> u & 1U) == 0) continue;
+      chosen.push_back(units[u]);
+      common = common || library.units[static_cast<std::size_t>(units[u])].common;
     }
-    each_choice(units_of_effects, at + 1, chosen, f);
+    if (!common || chosen.size() == before + 1) {
+      each_choice(library, units_of_effects, at + 1, chosen, f);
+    }
     chosen.resize(before);
   }
 }
@@ -106,7 +86,7 @@ std::optional<Candidate> best_choice(const Library& library,
                                      int most_parameters) {
   std::optional<Candidate> best;
   std::vector<int> chosen;
-  each_choice(units_of_effects, 0, chosen, [&](const std::vector<int>& units) {
+  each_choice(library, units_of_effects, 0, chosen, [&](const std::vector<int>& units) {
     if (most_parameters > 0 && parameter_count(library, units) > most_parameters) return;
     const auto c = solve(library, units);
     if (c && (!best || c->score > best->score)) best = c;
@@ -114,15 +94,88 @@ std::optional<Candidate> best_choice(const Library& library,
   return best;
 }
 
-std::vector<int> all_units(const Library& library, int effect) {
+/// Units of an effect: `choices` with what is common to all rails, which the others can say as
+/// well.
+std::vector<int> all_units(const Library& library, int effect, bool choices = false) {
   std::vector<int> units;
   for (std::size_t u = 0; u < library.units.size(); ++u) {
-    if (library.units[u].effect == effect) units.push_back(static_cast<int>(u));
+    const Unit& unit = library.units[u];
+    if (unit.effect == effect && (choices || !unit.common)) units.push_back(static_cast<int>(u));
   }
   return units;
 }
 
+/// Bound on the score of any choice of units: the gain of all of them at the price of the cheapest.
+/// (What a value on all rails costs by its range is counted three times: far below kOutOfSight.)
+double most_they_can_score(const Library& library,
+                           const std::vector<std::vector<int>>& units_of_effects) {
+  std::vector<int> every;
+  double price = 0;
+  for (const std::vector<int>& units : units_of_effects) {
+    std::size_t fewest = kChains * kChains;
+    for (const int u : units) {
+      const Unit& unit = library.units[static_cast<std::size_t>(u)];
+      if (!unit.common) every.push_back(u);
+      fewest = std::min(fewest, unit.columns.size());
+    }
+    price += kPriceOfName + kPriceOfParameter * static_cast<double>(fewest);
+  }
+  const auto c = solve(library, every);
+  return c ? c->gain - price : INFINITY;
+}
+
+std::vector<int> with_units(std::vector<int> units, const std::vector<int>& added) {
+  units.insert(units.end(), added.begin(), added.end());
+  std::sort(units.begin(), units.end());
+  return units;
+}
+
 }  // namespace
+
+std::optional<Candidate> solve(const Library& library, const std::vector<int>& units) {
+  Candidate c;
+  c.units = units;
+  std::vector<int> columns;
+  for (const int u : units) {
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
+    columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
+    if (c.effects.empty() || c.effects.back() != unit.effect) c.effects.push_back(unit.effect);
+  }
+  const auto n = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd G(n, n);
+  Eigen::VectorXd b(n), scale(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int ci = columns[static_cast<std::size_t>(i)];
+    const double prior = 1 / (library.usual_max[ci] * library.usual_max[ci]);
+    scale[i] = 1 / std::sqrt(library.gram(ci, ci) + prior);
+    b[i] = library.moment[ci] * scale[i];
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      G(i, j) = library.gram(ci, columns[static_cast<std::size_t>(j)]) * scale[i] * scale[j];
+    }
+    G(i, i) = 1;
+  }
+  const Cholesky factor(std::move(G));
+  if (!factor.ok() || factor.pivots().minCoeff() < kCollinear) return std::nullopt;
+  const Eigen::VectorXd scaled = factor.solve(b);
+  const Eigen::MatrixXd inverse = factor.inverse();
+  c.gain = b.dot(scaled);
+  c.values = scaled.cwiseProduct(scale);
+  c.std = inverse.diagonal().cwiseSqrt().cwiseProduct(scale);
+  c.parameters = static_cast<int>(n);
+  c.occam = factor.log_determinant() - 2 * scale.array().log().sum();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int ci = columns[static_cast<std::size_t>(i)];
+    const double slack = 2 * c.std[i];
+    c.usual = c.usual && (library.usual_min[ci] < 0 || c.values[i] >= -slack);
+  }
+  for (const int column : columns) c.occam += 2 * std::log(library.usual_max[column]);
+  const double possible = c.gain - (c.usual ? 0 : kPriceOfImpossible);
+  const double price = price_of(library, units);
+  c.score = possible - price;
+  c.weight = possible -
+             std::min(price, c.occam + kPriceOfPresence * static_cast<double>(c.effects.size()));
+  return c;
+}
 
 double price_of(const Library& library, const std::vector<int>& units) {
   double price = 0;
@@ -166,6 +219,23 @@ Library make_library(const ResidualSpace& space) {
       }
       library.units.push_back(unit);
     }
+    if (!one_per_rail_of(effect)) continue;
+    Unit common{static_cast<int>(e), {}, {static_cast<int>(columns.size())}, true};
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(space.rows());
+    double least_usual = INFINITY;
+    for (const Unit& unit : library.units) {
+      if (unit.effect != common.effect) continue;
+      common.parameters.push_back(unit.parameters.front());
+      sum += columns[static_cast<std::size_t>(unit.columns.front())];
+      least_usual = std::min(least_usual, highest[static_cast<std::size_t>(unit.columns.front())]);
+    }
+    if (common.parameters.size() < kChains ||
+        space.project(sum).norm() * least_usual <= kVisibleSigmas)
+      continue;
+    columns.push_back(std::move(sum));
+    highest.push_back(least_usual);
+    lowest.push_back(effect.parameters.front().low());
+    library.units.push_back(std::move(common));
   }
   const auto n = static_cast<Eigen::Index>(columns.size());
   library.signals.resize(space.rows(), n);
@@ -185,17 +255,22 @@ std::vector<Candidate> search(const Library& library, int most, int most_paramet
     units[static_cast<std::size_t>(library.units[u].effect)].push_back(static_cast<int>(u));
   }
   std::vector<Candidate> all;
+  double highest = 0;
   const auto consider = [&](const std::vector<std::size_t>& effects) {
     std::vector<std::vector<int>> chosen;
     for (const std::size_t e : effects) {
       if (units[e].empty()) return;
       chosen.push_back(units[e]);
     }
-    if (const auto c = best_choice(library, chosen, most_parameters)) all.push_back(*c);
+    if (effects.size() > 1 && most_they_can_score(library, chosen) < highest - kOutOfSight) return;
+    const auto c = best_choice(library, chosen, most_parameters);
+    if (!c) return;
+    all.push_back(*c);
+    highest = std::max(highest, c->score);
   };
   const std::size_t n = units.size();
+  for (std::size_t a = 0; a < n; ++a) consider({a});
   for (std::size_t a = 0; a < n; ++a) {
-    consider({a});
     for (std::size_t b = a + 1; b < n && most >= 2; ++b) {
       consider({a, b});
       for (std::size_t c = b + 1; c < n && most >= 3; ++c) consider({a, b, c});
@@ -217,6 +292,81 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
   return rivals;
 }
 
+std::vector<Candidate> family_of(const Library& library, const Candidate& best,
+                                 const std::vector<Candidate>& all) {
+  std::vector<std::vector<int>> sets;
+  double highest = best.weight;
+  for (const Candidate& c : all) highest = std::max(highest, c.weight);
+  for (const Candidate& c : all) {
+    if (c.usual && std::max(c.score, c.weight) >= highest - kFamily) sets.push_back(c.effects);
+  }
+  sets.push_back(best.effects);
+  for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
+    sets.push_back(best.effects);
+    sets.back().push_back(static_cast<int>(e));
+    std::sort(sets.back().begin(), sets.back().end());
+  }
+  std::sort(sets.begin(), sets.end());
+  sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
+  std::vector<Candidate> family;
+  for (const std::vector<int>& effects : sets) {
+    std::vector<std::vector<int>> units;
+    for (const int e : effects) units.push_back(all_units(library, e, true));
+    const bool once = std::adjacent_find(effects.begin(), effects.end()) == effects.end();
+    if (!once || std::ranges::any_of(units, [](const auto& u) { return u.empty(); })) continue;
+    std::vector<int> chosen;
+    each_choice(library, units, 0, chosen, [&](const std::vector<int>& these) {
+      auto c = solve(library, these);
+      if (c && c->usual && c->weight >= highest - kFamily) family.push_back(*std::move(c));
+    });
+  }
+  std::stable_sort(family.begin(), family.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
+  return family;
+}
+
+std::optional<int> column_of(const Library& library, int effect, int parameter) {
+  for (const Unit& unit : library.units) {
+    if (unit.effect != effect || unit.common) continue;
+    for (std::size_t i = 0; i < unit.parameters.size(); ++i) {
+      if (unit.parameters[i] == parameter) return unit.columns[i];
+    }
+  }
+  return std::nullopt;
+}
+
+double Average::std_about(int column, double reported) const {
+  const double v = value[column];
+  return std::sqrt(std::max(0.0, square[column] - 2 * v * reported + reported * reported));
+}
+
+Average average(const Library& library, const std::vector<Candidate>& family) {
+  Average mean;
+  mean.probability.assign(effect_catalogue().size(), 0);
+  mean.value = mean.square = Eigen::VectorXd::Zero(library.gram.cols());
+  double total = 0;
+  for (const Candidate& c : family) {
+    const double weight = std::exp(0.5 * (c.weight - family.front().weight));
+    total += weight;
+    for (const int e : c.effects) mean.probability[static_cast<std::size_t>(e)] += weight;
+    Eigen::Index first = 0;
+    for (const int u : c.units) {
+      const Unit& unit = library.units[static_cast<std::size_t>(u)];
+      for (std::size_t i = 0; i < unit.parameters.size(); ++i) {
+        const auto at = first + static_cast<Eigen::Index>(unit.column_at(i));
+        const int column = *column_of(library, unit.effect, unit.parameters[i]);
+        mean.value[column] += weight * c.values[at];
+        mean.square[column] += weight * (c.values[at] * c.values[at] + c.std[at] * c.std[at]);
+      }
+      first += static_cast<Eigen::Index>(unit.columns.size());
+    }
+  }
+  for (double& p : mean.probability) p /= total;
+  mean.value /= total;
+  mean.square /= total;
+  return mean;
+}
+
 double gain_of(const Library& library, const std::vector<int>& units) {
   if (units.empty()) return 0;
   const auto c = solve(library, units);
@@ -230,13 +380,10 @@ Candidate extend(const Library& library, Candidate best) {
       const int effect = static_cast<int>(e);
       if (std::count(best.effects.begin(), best.effects.end(), effect) > 0) continue;
       std::vector<int> chosen;
-      const std::vector<int> own = all_units(library, effect);
+      const std::vector<int> own = all_units(library, effect, true);
       if (own.empty()) continue;
-      each_choice({own}, 0, chosen, [&](const std::vector<int>& added) {
-        std::vector<int> units = best.units;
-        units.insert(units.end(), added.begin(), added.end());
-        std::sort(units.begin(), units.end());
-        const auto c = solve(library, units);
+      each_choice(library, {own}, 0, chosen, [&](const std::vector<int>& added) {
+        const auto c = solve(library, with_units(best.units, added));
         if (c && (!next || c->score > next->score)) next = c;
       });
     }
@@ -263,9 +410,14 @@ Candidate with_all_rails(const Library& library, const Candidate& best) {
     const Unit& about = library.units[v];
     if (std::count(best.units.begin(), best.units.end(), unit) > 0) continue;
     if (std::count(best.effects.begin(), best.effects.end(), about.effect) == 0) continue;
+    const bool on_all = about.common || std::ranges::any_of(best.units, [&](int own) {
+                          const Unit& named = library.units[static_cast<std::size_t>(own)];
+                          return named.common && named.effect == about.effect;
+                        });
+    if (on_all) continue;
     const bool stands_for = std::any_of(best.units.begin(), best.units.end(), [&](int own) {
       return library.units[static_cast<std::size_t>(own)].effect == about.effect &&
-             exchanged(own, unit) > best.gain - kEvidence20To1;
+             exchanged(own, unit) > best.gain - kStandsFor;
     });
     if (stands_for) widen(unit);
   }
@@ -303,11 +455,9 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
     for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
       const int other = static_cast<int>(e);
       if (std::count(best.effects.begin(), best.effects.end(), other) > 0) continue;
-      std::vector<int> units = others;
       const std::vector<int> own = all_units(library, other);
       if (own.empty()) continue;
-      units.insert(units.end(), own.begin(), own.end());
-      std::sort(units.begin(), units.end());
+      const std::vector<int> units = with_units(others, own);
       const auto imitation = solve(alone, units);
       if (!imitation || energy - imitation->gain > kCannotTell) continue;
       const auto tie = solve(library, units);

@@ -16,7 +16,10 @@ namespace trammel {
 struct Unit {
   int effect = 0;               // place in the catalogue
   std::vector<int> parameters;  // of the effect
-  std::vector<int> columns;     // of Library::signals
+  std::vector<int> columns;     // of Library::signals: one a parameter, or one for all (common)
+  bool common = false;          // the same value on every rail: one column, one price
+  /// Place in `columns` of the i-th parameter.
+  [[nodiscard]] std::size_t column_at(std::size_t i) const { return common ? 0 : i; }
 };
 
 /// Every effect the readings have the conditions for, as columns.
@@ -37,9 +40,12 @@ struct Candidate {
   Eigen::VectorXd values;    // of the columns, in the order of the units
   Eigen::VectorXd std;
   int parameters = 0;
-  double gain = 0;    // fall of chi^2 against the base alone
+  double gain = 0;    // fall of chi^2 against the base alone, less what the ranges cost
   double score = 0;   // gain less the price of the library searched
-  bool usual = true;  // every value within its usual range
+  double occam = 0;   // ln det(I + U G U), U the usual ranges: what the width of the priors costs
+  bool usual = true;  // every value has a sign that its effect can have
+  /// Twice the log of the set's weight in an average, up to a constant.
+  double weight = 0;
 };
 
 // The price, in chi^2: an effect that is not there adds its name by chance in less than 1 % of
@@ -49,14 +55,21 @@ struct Candidate {
 inline constexpr double kPriceOfName = 8.0;
 inline constexpr double kPriceOfParameter = 5.5;
 inline constexpr double kPriceOfFurther = 1.5;  // a parameter of a further unit, and 2 ln(units)
-inline constexpr double kPriceOfUnusual = 12.0;
-inline constexpr double kEvidence20To1 = 6.0;  // 2 ln 20
+inline constexpr double kPriceOfImpossible = 12.0;  // of a sign that the effect can't have
+inline constexpr double kEvidence20To1 = 6.0;       // 2 ln 20
+
+/// Least squares of some units, jointly with the base; nothing when they are collinear. A usual
+/// range is a prior without a cliff, v ~ N(0, usual_max^2): a set maximises
+///   -chi^2 - sum (v / usual_max)^2,   gain = m' (G + diag(usual_max)^-2)^-1 m
+/// so a value of twice the range costs 4 of chi^2, not the effect, and one that the readings do not
+/// know costs nothing.
+std::optional<Candidate> solve(const Library& library, const std::vector<int>& units);
 
 /// For every set of up to `most` effects, its best choice of units, by falling score. With
 /// `most_parameters` > 0 only choices of at most as many parameters.
 std::vector<Candidate> search(const Library& library, int most, int most_parameters = 0);
 
-/// The sets that explain the readings as well as `best`: other names, no superset, usual ranges,
+/// The sets that explain the readings as well as `best`: other names, no superset, possible signs,
 /// evidence within 20:1. More parameters than `best` are allowed: each has paid its price, and a
 /// small effect on three rails is easily mistaken for another with one parameter.
 std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candidate>& all);
@@ -64,9 +77,36 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
 /// `best` with further effects, while each earns its price (search() ends at three).
 Candidate extend(const Library& library, Candidate best);
 
-/// `best` with those further units (rails) of its own effects that may stand for one it has, within
-/// 20:1: a value is never stated more certain than the choice of its rail.
+/// `best` with those further units (rails) of its own effects that may stand for one it has, in 2 %
+/// of campaigns: a value is never stated more certain than the choice of its rail.
+inline constexpr double kStandsFor = 7.8;  // 2 ln 49
 Candidate with_all_rails(const Library& library, const Candidate& best);
+
+/// Every choice of units, of sets within `kFamily` of the best of `all` and of `best` with one
+/// effect more, that weighs within it: what an average is taken over. By falling weight.
+std::vector<Candidate> family_of(const Library& library, const Candidate& best,
+                                 const std::vector<Candidate>& all);
+inline constexpr double kFamily = 13.8;  // 2 ln 1000: rarer ones move no average
+inline constexpr double kPriceOfPresence =
+    3.8;  // 2 ln 7: one or two effects of ten, not one in 850
+
+/// Averages over a family of sets, each weighted by exp(weight / 2) (Hoeting et al. 1999, Bayesian
+/// model averaging, eqs. 1 to 4). The weight is the gain less the cheaper of two prices: that of
+/// the search (rails of one size, an effect one in 850), or the marginal likelihood's own with the
+/// usual ranges as priors (MacKay 1992), ln det(I + U G U) + kPriceOfPresence for each name: a
+/// mixture of both priors. The second is low where effects are nearly the same data, and there a
+/// value hangs most on which of them were left out: the search's price alone, made to keep false
+/// names rare, would state it too certain.
+struct Average {
+  std::vector<double> probability;  // of each effect of the catalogue: weight of the sets with it
+  Eigen::VectorXd value, square;    // E v and E v^2 of each column of single units; 0 where absent
+  /// Root mean square distance of the truth from `reported`: choice of the set and noise together.
+  [[nodiscard]] double std_about(int column, double reported) const;
+};
+Average average(const Library& library, const std::vector<Candidate>& family);
+
+/// The column of one parameter by itself; nothing when these readings can't show it.
+std::optional<int> column_of(const Library& library, int effect, int parameter);
 
 /// Sets in which one effect of `best` is replaced by another whose span holds its whole fitted
 /// signal, all but 4 in chi^2: the readings do not carry the difference, whatever the number of

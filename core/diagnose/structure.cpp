@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <thread>
 
 #include "core/statistics/random.hpp"
@@ -120,6 +121,33 @@ Eigen::MatrixXd all_p(const Battery& battery, const Eigen::MatrixXd& r) {
   return p;
 }
 
+/// The readings' residuals in another order, each with a random sign; what the refit took of a
+/// reading is given back by 1 / sqrt(1 - leverage).
+Eigen::MatrixXd exchanged_through_refit(const ResidualSpace& space, std::uint64_t seed, int first,
+                                        int count) {
+  const auto n = static_cast<Eigen::Index>(space.readings.size());
+  Eigen::VectorXd pool = space.residual;
+  for (Eigen::Index i = 0; i < pool.size(); ++i) {
+    pool[i] /= std::sqrt(std::max(0.05, 1 - space.Q.row(i).squaredNorm()));
+  }
+  Eigen::MatrixXd noise(space.rows(), count);
+  std::vector<Eigen::Index> order(space.readings.size());
+  for (int c = 0; c < count; ++c) {
+    Random random = Random::stream(seed, "exchange", static_cast<std::uint64_t>(first + c));
+    std::iota(order.begin(), order.end(), Eigen::Index{0});
+    for (Eigen::Index i = n; i-- > 1;) {
+      const auto j = static_cast<std::size_t>(random.below(static_cast<std::uint64_t>(i + 1)));
+      std::swap(order[static_cast<std::size_t>(i)], order[j]);
+    }
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double sign = random.below(2) == 0 ? 1 : -1;
+      noise.col(c).segment<3>(3 * i) =
+          sign * pool.segment<3>(3 * order[static_cast<std::size_t>(i)]);
+    }
+  }
+  return space.project(noise);
+}
+
 Eigen::MatrixXd noise_through_refit(const ResidualSpace& space, std::uint64_t seed, int first,
                                     int count) {
   Eigen::MatrixXd noise(space.rows(), count);
@@ -173,11 +201,13 @@ StructureTest test_structure(const ResidualSpace& space, const std::vector<Shape
   const double smallest_p = p.minCoeff();
   const double bound = smallest_p * static_cast<double>(p.size());
   const int wanted = smallest_p > options.level ? options.replicates / 10 : options.replicates;
-  const int blocks = bound < kSureBound ? 0 : (wanted + kBlock - 1) / kBlock;
+  const bool sure = bound < kSureBound && !options.exchange;
+  const int blocks = sure ? 0 : (wanted + kBlock - 1) / kBlock;
   std::vector<Eigen::VectorXd> smallest(static_cast<std::size_t>(blocks));
   in_parallel(blocks, options.threads, [&](int b) {
     const Eigen::MatrixXd noise =
-        noise_through_refit(space, options.seed, (b + 4) * kBlock, kBlock);
+        options.exchange ? exchanged_through_refit(space, options.seed, b * kBlock, kBlock)
+                         : noise_through_refit(space, options.seed, (b + 4) * kBlock, kBlock);
     smallest[static_cast<std::size_t>(b)] = all_p(battery, noise).colwise().minCoeff();
   });
   int as_small = 0;
@@ -193,7 +223,11 @@ StructureTest test_structure(const ResidualSpace& space, const std::vector<Shape
                                static_cast<int>(battery.bases[s].cols())});
   }
   for (std::size_t n = 0; n < battery.neighbours.size(); ++n) {
-    result.findings.push_back({battery.neighbours[n].where, battery.neighbours[n].when,
+    const Neighbours& pairs = battery.neighbours[n];
+    const bool alternate =
+        pairs.when == kSuccessiveAgree &&
+        agreement(pairs, space.residual)[0] < battery.agreement_mean[static_cast<Eigen::Index>(n)];
+    result.findings.push_back({pairs.where, alternate ? kSuccessiveAlternate : pairs.when,
                                p[static_cast<Eigen::Index>(battery.bases.size() + n)], 0, 1});
   }
   std::stable_sort(result.findings.begin(), result.findings.end(),

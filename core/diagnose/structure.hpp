@@ -20,12 +20,15 @@ struct Finding {
 };
 
 inline constexpr const char* kSuccessiveAgree = "successive readings agree";
+inline constexpr const char* kSuccessiveAlternate = "successive readings alternate";
 
 struct StructureOptions {
   int replicates = 2000;  // where the smallest p leaves it open; a tenth of them otherwise
   double level = 0.007;   // the smallest p above this can't be significant for the family
   std::uint64_t seed = 1;
-  int threads = 2;  // never changes a result
+  int threads = 2;        // never changes a result
+  bool exchange = false;  // null: the residuals of the readings, in another order and with random
+                          // signs, in place of normal noise: whatever their distribution is
 };
 
 struct StructureTest {

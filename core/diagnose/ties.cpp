@@ -26,15 +26,16 @@ template <typename Wanted>
 std::vector<Tie::Term> terms_of(const Library& library, const Candidate& candidate, bool fitted,
                                 Wanted wanted) {
   std::vector<Tie::Term> terms;
-  Eigen::Index at = 0;
+  Eigen::Index first = 0;
   for (const int u : candidate.units) {
     const Unit& unit = library.units[static_cast<std::size_t>(u)];
-    for (const int k : unit.parameters) {
-      const double value = candidate.values[at++];
-      if (!wanted(unit.effect)) continue;
+    for (std::size_t i = 0; i < unit.parameters.size() && wanted(unit.effect); ++i) {
+      const int k = unit.parameters[i];
+      const double value = candidate.values[first + static_cast<Eigen::Index>(unit.column_at(i))];
       const double usual = effect_at(unit.effect).parameters[static_cast<std::size_t>(k)].usual_max;
       terms.push_back(effect_term(unit.effect, k, fitted ? value : usual));
     }
+    first += static_cast<Eigen::Index>(unit.columns.size());
   }
   return terms;
 }

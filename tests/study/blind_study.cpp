@@ -40,7 +40,13 @@ std::vector<Kind> clean_kinds() {
           {"clean, 100 points", {.thinning = 0.36}, {}},
           {"clean, one direction", {.one_direction = true}, {}},
           {"clean, correlated 0.3", {.correlation = 0.3}, {}},
-          {"clean, correlated 0.6", {.correlation = 0.6}, {}}};
+          {"clean, correlated 0.6", {.correlation = 0.6}, {}},
+          {"clean, correlated -0.2", {.correlation = -0.2}, {}},
+          {"clean, correlated -0.5", {.correlation = -0.5}, {}},
+          {"clean, Student t3", {.student = 3}, {}},
+          {"clean, Student t5", {.student = 5}, {}},
+          {"clean, 40 points", {.thinning = 0.145}, {}},
+          {"clean, 20 points", {.thinning = 0.075}, {}}};
 }
 
 /// What a case is made of: "backlash rho 14, 2 epochs".
@@ -69,7 +75,9 @@ std::vector<Kind> kinds() {
                                               {"screw_periodic", "thermal_growth"},
                                               {"guide_bow", "tracker_drift"},
                                               {"backlash", "guide_bow"},
-                                              {"backlash", "lead_scale", "screw_periodic"}}) {
+                                              {"backlash", "lead_scale", "screw_periodic"},
+                                              {"backlash", "lead_scale", "platform_load"},
+                                              {"lead_scale", "platform_load"}}) {
     all.push_back(hidden_kind(set, 20));
     all.push_back(hidden_kind(set, 20, "2 epochs", {.epochs = 2}));
   }
@@ -77,12 +85,15 @@ std::vector<Kind> kinds() {
     all.push_back(hidden_kind({f}, 14, "sigma +30 %", {.stated_over_true = 1.3}));
     all.push_back(hidden_kind({f}, 14, "sigma -30 %", {.stated_over_true = 0.7}));
     all.push_back(hidden_kind({f}, 14, "correlated 0.4", {.correlation = 0.4}));
+    all.push_back(hidden_kind({f}, 14, "Student t3", {.student = 3}));
     all.push_back(hidden_kind({f}, 14, "100 points", {.thinning = 0.36}));
     all.push_back(hidden_kind({f}, 14, "3 epochs", {.epochs = 3}));
   }
   for (const double rho : {14.0, 28.0}) {
     all.push_back(hidden_kind({"screw_periodic"}, rho, "lead 1 % wrong", {.lead_error = 0.01}));
   }
+  all.push_back(hidden_kind({"lead_scale"}, 300));
+  all.push_back(hidden_kind({"backlash", "lead_scale"}, 300));
   all.push_back({"outliers", {.outliers = 4}, {}});
   all.push_back({"mixed", {}, {}, 0, true});
   return all;

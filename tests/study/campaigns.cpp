@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/mechanism/inverse.hpp"
@@ -148,6 +150,34 @@ std::vector<Family> make_families() {
          t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_rails(r, true);
          t.drive.thermal_lag_s = r.uniform(1200, 2400);
        }},
+      {"hysteresis", false, nullptr,
+       [](Beyond& b, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         b.play_mm = size * 0.02 * on_some_rails(r, true);
+         b.radii_mm.clear();
+         for (const double radius : {2.0, 4.0, 8.0, 16.0, 32.0}) {
+           if (r.uniform() < 0.6) b.radii_mm.push_back(radius);
+         }
+         if (b.radii_mm.empty()) b.radii_mm = {12};
+       }},
+      {"move_memory", false, nullptr,
+       [](Beyond& b, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         b.memory_mm = size * 0.02 * on_some_rails(r, true);
+         b.memory_length_mm = r.uniform(1.5, 6);
+       }},
+      {"overshoot", false, nullptr,
+       [](Beyond& b, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         b.memory_mm = -size * 0.02 * on_some_rails(r, true);
+         b.memory_length_mm = 1e6;
+       }},
+      {"plane_tilt", false, nullptr,
+       [](Beyond& b, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         b.tilt = size * 2e-4;
+         b.azimuth_rad = r.uniform(0, kPi);
+       }},
   };
 }
 
@@ -235,24 +265,88 @@ Truth make_truth(const Design& design, std::uint64_t seed) {
   }
   truth.tracker.sigma_xy_mm = design.sigma_xy_mm;
   truth.tracker.sigma_phi_rad = rad_from_deg(design.sigma_phi_deg);
-  truth.tracker.correlation = design.correlation;
+  truth.tracker.correlation = std::max(0.0, design.correlation);
   truth.temperature = {random.uniform(18.5, 20.5), random.uniform(3, 6),
                        random.uniform(1500, 3500)};
   truth.seed = mix(seed, "noise", 0);
   return truth;
 }
 
+/// Displacements that the drives miss along the path, reading by reading.
+std::vector<Displacements> along_path(const std::vector<Reading>& readings, const Beyond& b,
+                                      const Displacements& home_mm) {
+  std::vector<Displacements> off(readings.size(), Displacements::Zero());
+  std::map<std::pair<int, std::size_t>, Displacements> F;  // of each epoch and radius
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const Conditions& c = readings[i].conditions;
+    const Displacements move = c.cmd_mm - c.from_mm;
+    for (int k = 0; k < kChains; ++k) {
+      const double sign = move[k] > 0 ? 1 : -1;
+      off[i][k] -= b.memory_mm[k] * sign * std::exp(-std::abs(move[k]) / b.memory_length_mm);
+    }
+    for (std::size_t n = 0; n < b.radii_mm.size(); ++n) {
+      const double r = b.radii_mm[n];
+      Displacements& at = F.try_emplace({c.epoch, n}, home_mm).first->second;
+      for (const Displacements& l : {c.from_mm, c.cmd_mm}) {
+        for (int k = 0; k < kChains; ++k) at[k] = std::clamp(at[k], l[k] - r, l[k] + r);
+      }
+      const double share = 1 / (r * static_cast<double>(b.radii_mm.size()));
+      off[i] -= share * b.play_mm.cwiseProduct(c.cmd_mm - at);
+    }
+  }
+  return off;
+}
+
+/// Student's t of 3 … degrees, scaled to a standard deviation of 1.
+double student(Random& random, double degrees) {
+  double chi2 = 0;
+  for (int k = 0; k < static_cast<int>(degrees); ++k) chi2 += std::pow(random.normal(), 2);
+  return random.normal() / std::sqrt(chi2 / (degrees - 2));
+}
+
+/// One coordinate's noise of a kind that the virtual tracker does not have, over its sigma.
+double other_noise(Random& random, const Design& design) {
+  return design.student > 0 ? student(random, design.student) : random.normal();
+}
+
 /// Fills in what robot and tracker do at the planned commands; without noise when `still`.
-void measure(std::vector<Reading>& readings, Truth truth, bool still) {
-  const simulate::VirtualRobot robot(std::move(truth));
-  for (Reading& r : readings) {
+void measure(std::vector<Reading>& readings, const Truth& truth, const Beyond& beyond,
+             const Design& design, bool still) {
+  const simulate::VirtualRobot robot(truth);
+  const bool own_noise = !still && (design.student > 0 || design.correlation < 0);
+  const double rho = std::min(0.0, design.correlation);
+  Vector3d noise = Vector3d::Zero();
+  Random random = Random::stream(truth.seed, "other noise");
+  const auto off =
+      along_path(readings, beyond, inverse(truth.nominal.geometry, truth.nominal.home).l_mm);
+  const double c = std::cos(beyond.azimuth_rad), s = std::sin(beyond.azimuth_rad);
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    Reading& r = readings[i];
     r.conditions.temp_degc = robot.temperature_degc(*r.conditions.time_s);
+    Conditions done = r.conditions;
+    done.cmd_mm += off[i];
+    done.from_mm += off[i];
     const auto number = static_cast<std::uint64_t>(r.seq);
     const ForwardResult seen =
-        still ? robot.seen_pose(r.conditions) : robot.read(r.conditions, number);
+        still || own_noise ? robot.seen_pose(done) : robot.read(done, number);
     if (!seen.ok()) throw std::runtime_error("the virtual robot can't reach a planned point");
     r.measured = seen.pose;
+    const double along = beyond.tilt * (c * seen.pose.x_mm + s * seen.pose.y_mm);
+    r.measured->x_mm -= c * along;
+    r.measured->y_mm -= s * along;
+    if (!own_noise) continue;
+    const double kept = i > 0 ? rho : 0;
+    for (double& e : noise) e = kept * e + std::sqrt(1 - kept * kept) * other_noise(random, design);
+    const simulate::TrackerTruth& t = truth.tracker;
+    r.measured =
+        Pose::from(r.measured->vector() +
+                   noise.cwiseProduct(Vector3d(t.sigma_xy_mm, t.sigma_xy_mm, t.sigma_phi_rad)));
   }
+}
+
+void put_in(const Family& family, double size, std::uint64_t seed, Truth& truth, Beyond& beyond) {
+  if (family.hide != nullptr) family.hide(truth, size, seed);
+  if (family.beyond != nullptr) family.beyond(beyond, size, seed);
 }
 
 /// Makes `count` of the fitted readings wrong by 0.3 mm.
@@ -304,19 +398,21 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   campaign.readings = plan_readings(design, campaign.mechanism, seed);
   const TrackerSigma sigma{design.sigma_xy_mm, rad_from_deg(design.sigma_phi_deg)};
   Truth truth = make_truth(design, seed);
+  Beyond beyond;
   for (std::size_t k = 0; k < hidden.size(); ++k) {
     const std::uint64_t own = mix(seed, hidden[k]->name, k);
     Truth alone = make_truth(design, seed);
-    hidden[k]->hide(alone, 1, own);
-    measure(campaign.readings, alone, true);
+    Beyond beside;
+    put_in(*hidden[k], 1, own, alone, beside);
+    measure(campaign.readings, alone, beside, design, true);
     const double chi2 = surviving_chi2(campaign.mechanism, campaign.readings, sigma);
-    hidden[k]->hide(truth, chi2 > 1e-6 ? rho / std::sqrt(chi2) : 0, own);
+    put_in(*hidden[k], chi2 > 1e-6 ? rho / std::sqrt(chi2) : 0, own, truth, beyond);
     result.hidden.push_back(hidden[k]->name);
     result.in_catalogue = result.in_catalogue && hidden[k]->in_catalogue;
   }
   result.still = campaign.readings;
-  measure(result.still, truth, true);
-  measure(campaign.readings, truth, false);
+  measure(result.still, truth, beyond, design, true);
+  measure(campaign.readings, truth, beyond, design, false);
   spoil(result, design.outliers, seed);
   result.truth = truth;
   std::sort(result.hidden.begin(), result.hidden.end());

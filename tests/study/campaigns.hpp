@@ -22,10 +22,21 @@ struct Design {
   double stated_over_true = 1;  // the sigma written into the campaign, over the tracker's
   double lead_mm = 10;
   double lead_error = 0;       // the screw's true lead is lead_mm (1 + lead_error)
-  double correlation = 0;      // of successive readings
+  double correlation = 0;      // of successive readings; below 0: they alternate
+  double student = 0;          // degrees of freedom of the noise's t distribution; 0: normal
   double thinning = 1;         // share of the points kept
   int outliers = 0;            // readings that are 0.3 mm off
   bool one_direction = false;  // every rail arrives in + direction
+};
+
+/// What the virtual robot does not do: drives that follow the path, a tilted measuring plane.
+struct Beyond {
+  Eigen::Vector3d play_mm = Eigen::Vector3d::Zero();  // -v mean over radii of (l - F_r) / r
+  std::vector<double> radii_mm = {};
+  Eigen::Vector3d memory_mm = Eigen::Vector3d::Zero();  // -v dir exp(-|move| / length)
+  double memory_length_mm = 5;
+  double tilt = 0;  // lengths along the azimuth shrink by this share
+  double azimuth_rad = 0;
 };
 
 /// A kind of error, drawn at random: which rails, sign, phase.
@@ -33,6 +44,7 @@ struct Family {
   std::string name;  // of the catalogue, or of what is outside it
   bool in_catalogue = true;
   void (*hide)(simulate::Truth& truth, double size, std::uint64_t seed) = nullptr;  // size 1: usual
+  void (*beyond)(Beyond& beyond, double size, std::uint64_t seed) = nullptr;
 };
 const std::vector<Family>& families();
 

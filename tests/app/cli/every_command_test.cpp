@@ -92,7 +92,7 @@ const std::map<std::string, Words>& examples() {
       {"calibrate gp", {"drive-error"}},
       {"calibrate hybrid", {"drive-error"}},
       {"calibrate contest", {"drive-error", "--blocks", "2"}},
-      {"diagnose", {"--from", kDriveError, "--replicates", "200"}},
+      {"diagnose", {"--from", kDriveError, "--replicates", "500"}},
       {"model list", {"drive-error"}},
       {"model show", {"drive-error", "last"}},
       {"model diff", {"drive-error", "1", "last"}},
@@ -133,7 +133,7 @@ class Laboratory {
   Laboratory() {
     prepare({"demo", "demo"});
     prepare({"campaign", "import", kDriveError});
-    prepare({"diagnose", "drive-error", "--replicates", "200"});
+    prepare({"diagnose", "drive-error", "--replicates", "500"});
     prepare({"plan", "create", "lattice", "--step", "100", "--out", "plan.json"});
   }
 

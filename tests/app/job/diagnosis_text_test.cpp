@@ -3,7 +3,9 @@
 
 #include "app/job/diagnosis_text.hpp"
 
+#include <map>
 #include <sstream>
+#include <utility>
 
 #include "app/job/stages.hpp"
 #include "tests/study/campaigns.hpp"
@@ -18,7 +20,7 @@ namespace {
 
 Json diagnosed(const Campaign& campaign) {
   const Stage& stage = find_stage("diagnose");
-  Json details = stage.run(campaign, stage.complete({{"replicates", 200}})).details;
+  Json details = stage.run(campaign, stage.complete({{"replicates", 500}})).details;
   details.erase("models");
   Json answer = {{"schema", "trammel/diagnose/1"}, {"kind", kind_text(campaign.simulated)}};
   answer.update(details);
@@ -106,6 +108,48 @@ TEST_CASE("the text is an argument from what was expected to what can't be seen"
     CHECK((c["behind_chi2"] > 6.0 || c["usual"] == false));
     CHECK(c["names"] != Json({"backlash"}));
   }
+}
+
+TEST_CASE("the headline follows from the verdict, whatever was named beside it", "[job]") {
+  Json d = diagnosed(hide("backlash", 28, 3).campaign);
+  const Json backlash = d["effects"];
+  const Json outliers = {{{"name", "outlier_readings"},
+                          {"rails", Json::array()},
+                          {"share_of_gap", 0},
+                          {"p", 0.0005},
+                          {"parameters", Json::array()},
+                          {"seq", {12, 77}}}};
+  const std::map<std::string, std::string> said = {
+      {"nothing_missing", "nothing is missing"},
+      {"explained", "all that is wrong|the model is missing is"},
+      {"ambiguous", "so does another set"},
+      {"unexplained", "no effect of the catalogue explains"}};
+  for (const auto& [verdict, words] : said) {
+    for (const Json& effects : {Json::array(), outliers, backlash}) {
+      if (verdict == "explained" && effects.empty()) continue;
+      d["verdict"] = verdict;
+      d["effects"] = effects;
+      const std::string text = unbroken(diagnosis_text(d));
+      const std::string headline = text.substr(0, text.find(" expected "));
+      CAPTURE(verdict, headline);
+      CHECK_THAT(headline, Catch::Matchers::StartsWith(verdict + ": ") &&
+                               Catch::Matchers::Matches(".*(" + words + ").*"));
+      CHECK((headline.find("single wrong readings") != std::string::npos) ==
+            (verdict == "explained" && effects == outliers));
+    }
+  }
+}
+
+TEST_CASE("a gross mistake is told before any effect, and nothing is fitted", "[job]") {
+  Campaign swapped = hide("backlash", 28, 3).campaign;
+  for (Reading& r : swapped.readings) std::swap(r.conditions.cmd_mm[0], r.conditions.cmd_mm[1]);
+  const Json d = diagnosed(swapped);
+  CHECK(d["verdict"] == "unexplained");
+  REQUIRE_FALSE(d["suspect"].empty());
+  CHECK(d["suspect"].size() <= 2);
+  CHECK(d["effects"].empty());
+  check_in_order(diagnosis_text(d), {"unexplained: before any effect", "suspect", "swapped",
+                                     "as they are", "nothing was fitted"});
 }
 
 TEST_CASE("what no point decides is told with the measurement that would", "[job]") {

@@ -24,7 +24,7 @@ TEST_CASE("each step of the chain has its own values and standard deviations, co
           "[job]") {
   const HiddenCase c =
       make_case({.epochs = 2}, {&family("backlash"), &family("lead_curvature")}, 26, 5);
-  const Diagnosis d = diagnose(c.campaign, {.replicates = 200});
+  const Diagnosis d = diagnose(c.campaign, {.replicates = 500});
   REQUIRE(d.gap.size() == 4);
   const Json chain = model_chain_json(d);
   REQUIRE(chain.size() == 4);

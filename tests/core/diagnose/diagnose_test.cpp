@@ -209,3 +209,65 @@ TEST_CASE("too few readings are refused with the number that is needed", "[diagn
   CHECK_THROWS_AS(diagnose(c.campaign), InputError);
   CHECK_THROWS_WITH(diagnose(c.campaign), Contains("at least 10"));
 }
+
+TEST_CASE("a lead 1.6 % off leaves no companions: the search goes on about the exact fit",
+          "[diagnose]") {
+  for (const std::uint64_t seed : {71u, 72u}) {
+    CAPTURE(seed);
+    const HiddenCase c = hide({"lead_scale"}, 2000, seed);
+    const Diagnosis d = diagnose(c.campaign);
+    CHECK(d.verdict == Verdict::explained);
+    CHECK(named(d) == c.hidden);
+    check_parameters(d, c.truth);
+    double shares = 0;
+    for (const NamedEffect& e : d.effects) shares += e.share_of_gap;
+    CHECK_THAT(shares, WithinAbs(1, 1e-9));
+  }
+}
+
+TEST_CASE("with three effects no value that is told is far off, whatever was left out",
+          "[diagnose]") {
+  int values = 0;
+  for (std::uint64_t seed = 81; seed < 87; ++seed) {
+    const HiddenCase c = hide({"backlash", "lead_scale", "platform_load"}, 15, seed);
+    const auto hidden = parameters_of(c.truth);
+    for (const NamedEffect& e : diagnose(c.campaign).effects) {
+      for (const NamedParameter& p : e.parameters) {
+        CAPTURE(seed, e.name, p.name, p.value, p.std);
+        ++values;
+        CHECK(std::abs(p.value - hidden.at(e.name + " " + p.name)) < 4 * p.std);
+      }
+    }
+  }
+  CHECK(values > 10);
+}
+
+TEST_CASE("noise that alternates, has heavy tails or few readings is noise", "[diagnose]") {
+  for (const Design& design :
+       {Design{.correlation = -0.3}, Design{.student = 3}, Design{.thinning = 0.08}}) {
+    for (const std::uint64_t seed : {91u, 92u, 93u}) {
+      CAPTURE(design.correlation, design.student, design.thinning, seed);
+      CHECK(diagnose(hide({}, 0, seed, design).campaign).verdict == Verdict::nothing_missing);
+    }
+  }
+}
+
+TEST_CASE("a stage that overshoots is no backlash", "[diagnose]") {
+  CHECK(diagnose(hide({"overshoot"}, 20, 95).campaign).verdict != Verdict::explained);
+}
+
+TEST_CASE("wires that are swapped are suspected before anything is fitted", "[diagnose]") {
+  Campaign swapped = hide({"backlash"}, 20, 96).campaign;
+  for (Reading& r : swapped.readings) std::swap(r.conditions.cmd_mm[0], r.conditions.cmd_mm[1]);
+  const Diagnosis d = diagnose(swapped);
+  CHECK(d.verdict == Verdict::unexplained);
+  CHECK_FALSE(d.suspect.empty());
+  CHECK(d.effects.empty());
+}
+
+TEST_CASE("replicates that can't reach the level are refused with the number that can",
+          "[diagnose]") {
+  const HiddenCase c = hide({}, 0, 97);
+  CHECK_THROWS_WITH(diagnose(c.campaign, {.replicates = 498}), Contains("499"));
+  CHECK(fewest_replicates(0.007, 0.002) == 499);
+}

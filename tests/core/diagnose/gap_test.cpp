@@ -12,7 +12,7 @@ using namespace trammel::tests;
 
 namespace {
 
-Diagnosis diagnosed(const HiddenCase& c) { return diagnose(c.campaign, {.replicates = 200}); }
+Diagnosis diagnosed(const HiddenCase& c) { return diagnose(c.campaign, {.replicates = 500}); }
 
 /// 96 unseen readings, x and y: their rms is known to 5 %; 15 % is three standard deviations.
 constexpr double kAtTheFloor = 1.15;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/diagnose/diagnose.hpp"
+
 #include "tests/core/diagnose/space.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/support/catch.hpp"
@@ -30,7 +32,7 @@ TEST_CASE("a wave's sine and cosine enter as one, a force's components too, rail
           "[diagnose]") {
   const Library library = library_of(hide({}, 0, 51));
   CHECK(unit_sizes(library, "screw_periodic") == std::vector<std::size_t>{2, 2, 2});
-  CHECK(unit_sizes(library, "backlash") == std::vector<std::size_t>{1, 1, 1});
+  CHECK(unit_sizes(library, "backlash") == std::vector<std::size_t>{1, 1, 1, 3});  // and on all
   CHECK(unit_sizes(library, "platform_load") == std::vector<std::size_t>{2, 1});
 }
 
@@ -68,4 +70,35 @@ TEST_CASE("an imitation that leaves a thousandth of a large effect is no tie", "
   };
   CHECK(tied(5) > 0);  // while it is small other effects look the same
   CHECK(tied(200) == 0);
+}
+
+TEST_CASE("one lead error on all rails is one parameter, and a range is no cliff", "[diagnose]") {
+  const Library library = library_of(hide({"tracker_scale"}, 20, 55));
+  const auto all = search(library, 1);
+  REQUIRE_FALSE(all.empty());
+  const auto score_of = [&](const std::string& name) {
+    const auto at = std::find_if(all.begin(), all.end(), [&](const Candidate& c) {
+      return names_of(c) == std::vector<std::string>{name};
+    });
+    REQUIRE(at != all.end());
+    return at->score;
+  };
+  // the same data with as many parameters: what is left is what the tracker's range costs
+  CHECK(score_of("lead_scale") - score_of("tracker_scale") > 0);
+  CHECK(score_of("lead_scale") - score_of("tracker_scale") < 20);
+  CHECK(score_of("lead_scale") > score_of("platform_load"));
+}
+
+TEST_CASE("an average over sets holds what is sure, and doubts what is not", "[diagnose]") {
+  const auto probability = [](double rho) {
+    const Library library = library_of(hide({"lead_curvature"}, rho, 56));
+    const auto all = search(library, 2);
+    const Average mean = average(library, family_of(library, all.front(), all));
+    for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
+      if (effect_catalogue()[e].name == "lead_curvature") return mean.probability[e];
+    }
+    return 0.0;
+  };
+  CHECK(probability(28) > kSure);
+  CHECK(probability(4) < kSure);
 }

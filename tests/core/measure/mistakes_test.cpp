@@ -1,0 +1,100 @@
+// Gross mistakes put into clean campaigns, one of each kind, and campaigns in which all is sound.
+
+#include <cmath>
+
+#include "core/measure/screen.hpp"
+#include "core/units.hpp"
+#include "tests/study/campaigns.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace trammel;
+using namespace trammel::tests;
+
+namespace {
+
+/// The clean campaign with every measured pose replaced.
+template <typename F>
+Campaign with_poses(Campaign campaign, F f) {
+  for (Reading& r : campaign.readings) r.measured = f(*r.measured);
+  return campaign;
+}
+
+/// The clean campaign with every command replaced: what the plan wrote, not what the drives did.
+template <typename F>
+Campaign with_commands(Campaign campaign, F f) {
+  for (Reading& r : campaign.readings) r.conditions.cmd_mm = f(r.conditions.cmd_mm);
+  return campaign;
+}
+
+std::vector<std::string> kinds_of(const Campaign& campaign) {
+  std::vector<std::string> kinds;
+  for (const Suspicion& s : gross_mistakes(campaign)) kinds.push_back(to_string(s.kind));
+  return kinds;
+}
+
+void check_named(const Campaign& campaign, const std::string& kind) {
+  const auto kinds = kinds_of(campaign);
+  CAPTURE(kind, kinds);
+  CHECK(kinds.size() <= 2);
+  CHECK(std::count(kinds.begin(), kinds.end(), kind) == 1);
+}
+
+}  // namespace
+
+TEST_CASE("each gross mistake is named by its kind, two kinds at most", "[measure]") {
+  const Campaign clean = hide({}, 0, 61).campaign;
+  const double home_mm = 261.8;
+  check_named(with_commands(clean, [](Displacements l) { return Displacements(l[1], l[0], l[2]); }),
+              "drives_swapped");
+  check_named(with_commands(clean,
+                            [&](Displacements l) {
+                              l[1] = 2 * home_mm - l[1];
+                              return l;
+                            }),
+              "drive_reversed");
+  check_named(with_poses(clean,
+                         [](Pose p) {
+                           p.phi_rad += rad_from_deg(120);
+                           return p;
+                         }),
+              "phi_offset");
+  check_named(with_poses(clean,
+                         [](const Pose& p) {
+                           return Pose{-p.y_mm, p.x_mm, p.phi_rad + kPi / 2};
+                         }),
+              "frame_turned");
+  check_named(with_poses(clean,
+                         [](const Pose& p) {
+                           return Pose{p.x_mm, -p.y_mm, -p.phi_rad};
+                         }),
+              "frame_mirrored");
+  check_named(with_poses(clean,
+                         [](const Pose& p) {
+                           return Pose{p.x_mm / 25.4, p.y_mm / 25.4, p.phi_rad};
+                         }),
+              "scale");
+  Campaign shifted = clean;
+  for (std::size_t i = shifted.readings.size(); i-- > 1;)
+    shifted.readings[i].measured = shifted.readings[i - 1].measured;
+  check_named(shifted, "shifted_rows");
+  Campaign exchanged = clean;
+  for (Reading& r : exchanged.readings) {
+    const Pose target = r.target;
+    r.target = *r.measured;
+    r.measured = target;
+  }
+  check_named(exchanged, "exchanged");
+}
+
+TEST_CASE("what is sound is not suspected, with effects of several millimetres too", "[measure]") {
+  CHECK(kinds_of(hide({}, 0, 62).campaign).empty());
+  CHECK(kinds_of(hide({}, 0, 62, {.name = "paper"}).campaign).empty());
+  for (const char* name : {"lead_scale", "backlash", "platform_load", "guide_bow"}) {
+    CAPTURE(name);
+    CHECK(kinds_of(hide({name}, 500, 63).campaign).empty());
+  }
+  Campaign inches = hide({}, 0, 64).campaign;  // a lead of 25.4 for 25 is an effect, no mistake
+  for (Reading& r : inches.readings)
+    r.conditions.cmd_mm[0] = 261.8 + (r.conditions.cmd_mm[0] - 261.8) / 1.016;
+  CHECK(kinds_of(inches).empty());
+}
