@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Golden numbers for the ISO 230-2 and ISO 9283 symbols, by the formulas alone (no numpy).
 
-    scripts/make_golden_iso.py     writes tests/core/assess/golden/*.csv; seed 20240607
+    scripts/make_golden_iso.py     writes tests/core/judge/golden/*.csv; seed 20240607
 
 Written apart from core/assess: straight from the standards' formulas, statistics by Python's own.
 """
@@ -11,7 +11,7 @@ import random
 import statistics
 
 SEED = 20240607
-FOLDER = pathlib.Path(__file__).resolve().parent.parent / "tests/core/assess/golden"
+FOLDER = pathlib.Path(__file__).resolve().parent.parent / "tests/core/judge/golden"
 TARGETS, RUNS, VISITS = 11, 5, 30
 
 

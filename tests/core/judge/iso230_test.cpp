@@ -15,7 +15,7 @@ using namespace trammel;
 namespace {
 
 std::map<std::string, double> golden_230() {
-  const auto t = tests::read_table("core/assess/golden/iso230_figures.csv");
+  const auto t = tests::read_table("core/judge/golden/iso230_figures.csv");
   std::map<std::string, double> figures;
   for (std::size_t k = 0; k < t.rows.size(); ++k)
     figures[t.text(k, "symbol")] = t.number(k, "value");
@@ -23,7 +23,7 @@ std::map<std::string, double> golden_230() {
 }
 
 std::vector<RailTarget> golden_targets() {
-  const auto t = tests::read_table("core/assess/golden/iso230_runs.csv");
+  const auto t = tests::read_table("core/judge/golden/iso230_runs.csv");
   std::vector<RailTarget> targets(11);
   for (std::size_t k = 0; k < t.rows.size(); ++k) {
     auto& target = targets[static_cast<std::size_t>(t.number(k, "target"))];

@@ -13,7 +13,7 @@ using namespace trammel;
 namespace {
 
 std::map<std::string, double> golden_9283() {
-  const auto t = tests::read_table("core/assess/golden/iso9283_figures.csv");
+  const auto t = tests::read_table("core/judge/golden/iso9283_figures.csv");
   std::map<std::string, double> figures;
   for (std::size_t k = 0; k < t.rows.size(); ++k)
     figures[t.text(k, "symbol")] = t.number(k, "value");
@@ -32,7 +32,7 @@ Reading visit(int seq, const Pose& target, int direction, const Eigen::Vector3d&
 }
 
 std::vector<Reading> golden_visits() {
-  const auto t = tests::read_table("core/assess/golden/iso9283_visits.csv");
+  const auto t = tests::read_table("core/judge/golden/iso9283_visits.csv");
   std::vector<Reading> readings;
   for (std::size_t k = 0; k < t.rows.size(); ++k) {
     readings.push_back(
