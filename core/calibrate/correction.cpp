@@ -229,12 +229,13 @@ const Geometry& geometry_of(const Correction& correction, const Mechanism& mecha
       correction);
 }
 
-/// Poses that the correction expected of the readings, under the conditions they were taken in;
-/// nothing where it has none.
-std::vector<std::optional<Pose>> expected_poses(const Correction& correction,
-                                                const Mechanism& mechanism,
-                                                std::span<const Reading> readings) {
-  std::vector<std::optional<Pose>> expected(readings.size());
+/// l(X_expected), nominal, of the poses that the correction expected of the readings under the
+/// conditions they were taken in; nothing where it has none.
+std::vector<std::optional<Displacements>> expected_mm(const Correction& correction,
+                                                      const Mechanism& mechanism,
+                                                      const RailFrames& nominal,
+                                                      std::span<const Reading> readings) {
+  std::vector<std::optional<Displacements>> expected(readings.size());
   if (const auto* identified = std::get_if<GeometryCorrection>(&correction)) {  // side by side
     std::vector<Displacements> l_mm;
     std::vector<Pose> poses;
@@ -242,14 +243,23 @@ std::vector<std::optional<Pose>> expected_poses(const Correction& correction,
       l_mm.push_back(r.conditions.cmd_mm);
       poses.push_back(r.target);
     }
-    const auto missed = poses_at(rail_frames(identified->geometry), l_mm, poses);
-    for (std::size_t k = 0; k < readings.size(); ++k) expected[k] = poses[k];
-    for (const std::size_t k : missed) expected[k] = {};
+    auto missed = poses_at(rail_frames(identified->geometry), l_mm, poses);
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      if (std::ranges::find(missed, k) != missed.end()) continue;
+      expected[k] = inverse_displacements(nominal, poses[k]);
+    }
     return expected;
   }
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    const ForwardResult at = believed(correction, mechanism, readings[k].conditions);
-    if (at.ok()) expected[k] = at.pose;
+    const Reading& r = readings[k];
+    if (const auto* map = std::get_if<MapCorrection>(&correction)) {  // whose errors are of joints
+      const auto error_mm = error_under(map->map, mechanism, r.conditions.cmd_mm, r.target);
+      expected[k] = r.conditions.cmd_mm +
+                    (error_mm ? *error_mm : joint_error_at(map->map, place_of(r.target)));
+      continue;
+    }
+    const ForwardResult at = believed(correction, mechanism, r.conditions);
+    if (at.ok()) expected[k] = inverse_displacements(nominal, at.pose);
   }
   return expected;
 }
@@ -261,7 +271,7 @@ std::vector<std::optional<Pose>> predicted_after(const Correction& correction,
                                                  std::span<const Reading> readings) {
   const RailFrames nominal = rail_frames(mechanism.geometry);
   const RailFrames rails = rail_frames(geometry_of(correction, mechanism));
-  const auto expected = expected_poses(correction, mechanism, readings);
+  const auto expected = expected_mm(correction, mechanism, nominal, readings);
   std::vector<std::size_t> reached;  // targets of these readings
   std::vector<Displacements> l_mm;
   std::vector<Pose> poses;
@@ -270,10 +280,8 @@ std::vector<std::optional<Pose>> predicted_after(const Correction& correction,
     const Displacements measured_mm = joint_error_mm(nominal, r) + r.conditions.cmd_mm;
     const auto target_mm = inverse_displacements(nominal, r.target);
     if (!target_mm || !expected[k] || !inverse_displacements(rails, r.target)) continue;
-    const auto expected_mm = inverse_displacements(nominal, *expected[k]);
-    if (!expected_mm) continue;
     reached.push_back(k);
-    l_mm.emplace_back(*target_mm + (measured_mm - *expected_mm));
+    l_mm.emplace_back(*target_mm + (measured_mm - *expected[k]));
     poses.push_back(*r.measured);
   }
   std::vector<std::optional<Pose>> after(readings.size());

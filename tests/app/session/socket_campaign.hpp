@@ -189,6 +189,7 @@ class SocketCampaign {
     tracker["source"]["reply_timeout_s"] = options.reply_timeout_s;
     if (options.blind) {
       tracker["sigma_mm"] = 10;
+      tracker["symmetric_because"] = "at this sigma no triangle tells its nests apart";
       tracker.erase("out_of_plane_mm");
     }
     if (!options.base_nests) {
