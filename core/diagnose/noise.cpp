@@ -101,9 +101,7 @@ bool heavier_than_normal(const RobustFit& fit, double threshold) {
 }
 
 /// Squared sigmas beyond which one of n normal readings lies in a share kFalseOutlier of campaigns.
-double far_for(std::size_t n) {
-  return chi2_limit(kFalseOutlier / static_cast<double>(n), 3);
-}
+double far_for(std::size_t n) { return chi2_limit(kFalseOutlier / static_cast<double>(n), 3); }
 
 /// Readings that follow one another: most of those flagged stand next to another one. Single bad
 /// readings do so by chance only (k^2 / n pairs of k among n).

@@ -1,5 +1,5 @@
-// Those of decompositions.hpp that rest on Householder reflections: apart, since each half takes the
-// compiler as long as most folders.
+// Those of decompositions.hpp that rest on Householder reflections: apart, since each half takes
+// the compiler as long as most folders.
 #include <Eigen/QR>
 
 #include "core/linear/decompositions.hpp"
