@@ -253,7 +253,13 @@ StructureTest test(const Work& w, const ResidualSpace& space, double level) {
                         {w.options.replicates, level, w.options.seed, w.options.threads});
 }
 
-/// The base with the candidate's effects, fitted on the exact model.
+bool reaches(const RobotModel& model, std::span<const Reading> readings) {
+  return std::ranges::all_of(readings,
+                             [&](const Reading& r) { return predict(model, r.conditions).ok(); });
+}
+
+/// The base with the candidate's effects, fitted on the exact model. Values that a wild reading has
+/// driven out of the robot's reach are where no fit can begin: it begins nearer to the base.
 GeometryFit fit_with(const Work& w, const Library& library, const Candidate& candidate) {
   RobotModel start = w.base.model;
   Eigen::Index first = 0;
@@ -269,6 +275,9 @@ GeometryFit fit_with(const Work& w, const Library& library, const Candidate& can
       start.effects.back().values[unit.parameters[i]] = v != 0 ? v : 1e-12;
     }
     first += static_cast<Eigen::Index>(unit.columns.size());
+  }
+  while (!reaches(start, w.readings)) {
+    for (ActiveEffect& active : start.effects) active.values /= 4;
   }
   return fit_geometry(start, w.readings, w.out.noise.used,
                       {.correlation = w.out.noise.correlation});

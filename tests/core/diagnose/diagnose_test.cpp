@@ -125,6 +125,19 @@ TEST_CASE("single wrong readings are named by seq and become no effect", "[diagn
   CHECK(d.effects.front().seqs == wrong);
 }
 
+TEST_CASE("a miss that reads 0, 0, 0 beside a large effect is named, and ends no diagnosis",
+          "[diagnose]") {
+  HiddenCase c = hide({"lead_scale"}, 300, 3);
+  Reading& miss = c.campaign.readings[39];
+  miss.measured = Pose{};
+  const Diagnosis d = diagnose(c.campaign);
+  std::vector<int> wrong;
+  for (const NamedEffect& e : d.effects) {
+    if (e.name == "outlier_readings") wrong = e.seqs;
+  }
+  CHECK(std::ranges::count(wrong, miss.seq) == 1);
+}
+
 TEST_CASE("a sigma stated wrong by 30 % is said to be, and the effect is named as before",
           "[diagnose]") {
   for (const double stated : {1.3, 0.7}) {
