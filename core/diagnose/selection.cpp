@@ -300,25 +300,37 @@ std::vector<Candidate> family_of(const Library& library, const Candidate& best,
   for (const Candidate& c : all) {
     if (c.usual && std::max(c.score, c.weight) >= highest - kFamily) sets.push_back(c.effects);
   }
-  sets.push_back(best.effects);
-  for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
-    sets.push_back(best.effects);
-    sets.back().push_back(static_cast<int>(e));
-    std::sort(sets.back().begin(), sets.back().end());
+  std::vector<Candidate> family;
+  const auto keep = [&](const std::vector<int>& units) {
+    auto c = solve(library, units);
+    if (c && c->usual && c->weight >= highest - kFamily) family.push_back(*std::move(c));
+  };
+  const bool searched = best.effects.size() <= kMostSearched;
+  if (!searched) keep(best.units);
+  for (int e = 0; e < static_cast<int>(effect_catalogue().size()); ++e) {
+    if (searched) {
+      sets.push_back(best.effects);
+      sets.back().push_back(e);
+      std::sort(sets.back().begin(), sets.back().end());
+    } else if (std::ranges::find(best.effects, e) == best.effects.end()) {
+      // Of a larger set the choices of rails multiply beyond count: its own stay as they are.
+      const std::vector<std::vector<int>> units = {all_units(library, e, true)};
+      if (units.front().empty()) continue;
+      std::vector<int> chosen;
+      each_choice(library, units, 0, chosen,
+                  [&](const std::vector<int>& these) { keep(with_units(best.units, these)); });
+    }
   }
+  if (searched) sets.push_back(best.effects);
   std::sort(sets.begin(), sets.end());
   sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
-  std::vector<Candidate> family;
   for (const std::vector<int>& effects : sets) {
     std::vector<std::vector<int>> units;
     for (const int e : effects) units.push_back(all_units(library, e, true));
     const bool once = std::adjacent_find(effects.begin(), effects.end()) == effects.end();
     if (!once || std::ranges::any_of(units, [](const auto& u) { return u.empty(); })) continue;
     std::vector<int> chosen;
-    each_choice(library, units, 0, chosen, [&](const std::vector<int>& these) {
-      auto c = solve(library, these);
-      if (c && c->usual && c->weight >= highest - kFamily) family.push_back(*std::move(c));
-    });
+    each_choice(library, units, 0, chosen, keep);
   }
   std::stable_sort(family.begin(), family.end(),
                    [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });

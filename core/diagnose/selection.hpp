@@ -86,6 +86,9 @@ Candidate with_all_rails(const Library& library, const Candidate& best);
 /// effect more, that weighs within it: what an average is taken over. By falling weight.
 std::vector<Candidate> family_of(const Library& library, const Candidate& best,
                                  const std::vector<Candidate>& all);
+/// Of a set of more effects (noise far below what is missing lets many in) the rails stay as
+/// chosen.
+inline constexpr std::size_t kMostSearched = 3;
 inline constexpr double kFamily = 13.8;  // 2 ln 1000: rarer ones move no average
 inline constexpr double kPriceOfPresence =
     3.8;  // 2 ln 7: one or two effects of ten, not one in 850
