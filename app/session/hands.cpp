@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
 
 namespace trammel::session {

@@ -31,14 +31,7 @@ ForwardResult failed(const InverseResult& at) {
 constexpr int kMaxSteps = 40;
 constexpr double kReached = 1e-10;    // mm, and rad times the platform's size
 constexpr double kDirectionMm = 1.0;  // any length: a direction is a sign
-constexpr double kStandingMm = 1e-9;  // a shorter move has no direction
 constexpr double kPhiLengthMm = 100;
-
-Eigen::Vector3d signs(const Displacements& move) {
-  return move.unaryExpr([](double d) {
-    return d > kStandingMm ? 1.0 : d < -kStandingMm ? -1.0 : 0.0;
-  });
-}
 
 Conditions conditions_of(const Move& move, const Displacements& cmd, const Eigen::Vector3d& dir) {
   return {.cmd_mm = cmd,
@@ -68,7 +61,7 @@ InverseResult commanded_by_model(const RobotModel& model, const Move& move, cons
   if (!at.ok()) return at;
   const Eigen::Vector3d forced(move.approach[0], move.approach[1], move.approach[2]);
   const auto direction = [&](const Displacements& cmd) -> Eigen::Vector3d {
-    return (forced.array() != 0).select(forced, signs(cmd - move.from_mm));
+    return (forced.array() != 0).select(forced, directions_of(cmd - move.from_mm));
   };
   const Displacements start = at.l_mm;
   Eigen::Vector3d dir = direction(start);

@@ -6,10 +6,12 @@
 #include <functional>
 #include <utility>
 
+#include "core/diagnose/average.hpp"
 #include "core/diagnose/gap.hpp"
 #include "core/diagnose/look_alikes.hpp"
 #include "core/diagnose/noise.hpp"
 #include "core/diagnose/selection.hpp"
+#include "core/diagnose/unnamed.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

@@ -75,12 +75,6 @@ void each_choice(const Library& library, const std::vector<std::vector<int>>& un
   }
 }
 
-int parameter_count(const Library& library, const std::vector<int>& units) {
-  std::size_t n = 0;
-  for (const int u : units) n += library.units[static_cast<std::size_t>(u)].columns.size();
-  return static_cast<int>(n);
-}
-
 std::optional<Candidate> best_choice(const Library& library,
                                      const std::vector<std::vector<int>>& units_of_effects,
                                      int most_parameters) {
@@ -175,6 +169,12 @@ std::optional<Candidate> solve(const Library& library, const std::vector<int>& u
   c.weight = possible -
              std::min(price, c.occam + kPriceOfPresence * static_cast<double>(c.effects.size()));
   return c;
+}
+
+int parameter_count(const Library& library, const std::vector<int>& units) {
+  std::size_t n = 0;
+  for (const int u : units) n += library.units[static_cast<std::size_t>(u)].columns.size();
+  return static_cast<int>(n);
 }
 
 double price_of(const Library& library, const std::vector<int>& units) {
@@ -337,48 +337,6 @@ std::vector<Candidate> family_of(const Library& library, const Candidate& best,
   return family;
 }
 
-std::optional<int> column_of(const Library& library, int effect, int parameter) {
-  for (const Unit& unit : library.units) {
-    if (unit.effect != effect || unit.common) continue;
-    for (std::size_t i = 0; i < unit.parameters.size(); ++i) {
-      if (unit.parameters[i] == parameter) return unit.columns[i];
-    }
-  }
-  return std::nullopt;
-}
-
-double Average::std_about(int column, double reported) const {
-  const double v = value[column];
-  return std::sqrt(std::max(0.0, square[column] - 2 * v * reported + reported * reported));
-}
-
-Average average(const Library& library, const std::vector<Candidate>& family) {
-  Average mean;
-  mean.probability.assign(effect_catalogue().size(), 0);
-  mean.value = mean.square = Eigen::VectorXd::Zero(library.gram.cols());
-  double total = 0;
-  for (const Candidate& c : family) {
-    const double weight = std::exp(0.5 * (c.weight - family.front().weight));
-    total += weight;
-    for (const int e : c.effects) mean.probability[static_cast<std::size_t>(e)] += weight;
-    Eigen::Index first = 0;
-    for (const int u : c.units) {
-      const Unit& unit = library.units[static_cast<std::size_t>(u)];
-      for (std::size_t i = 0; i < unit.parameters.size(); ++i) {
-        const auto at = first + static_cast<Eigen::Index>(unit.column_at(i));
-        const int column = *column_of(library, unit.effect, unit.parameters[i]);
-        mean.value[column] += weight * c.values[at];
-        mean.square[column] += weight * (c.values[at] * c.values[at] + c.std[at] * c.std[at]);
-      }
-      first += static_cast<Eigen::Index>(unit.columns.size());
-    }
-  }
-  for (double& p : mean.probability) p /= total;
-  mean.value /= total;
-  mean.square /= total;
-  return mean;
-}
-
 double gain_of(const Library& library, const std::vector<int>& units) {
   if (units.empty()) return 0;
   const auto c = solve(library, units);
@@ -477,96 +435,6 @@ std::vector<Candidate> structural_ties(const Library& library, const Candidate& 
     }
   }
   return ties;
-}
-
-namespace {
-
-/// What each pair of effects of the catalogue can say together, on all their rails: orthonormal.
-std::vector<Eigen::MatrixXd> spans_of_pairs(const ResidualSpace& space, const Library& library) {
-  std::vector<Eigen::MatrixXd> spans;
-  const Eigen::MatrixXd projected = space.project(library.signals);
-  const auto columns_of = [&](int a, int b) {
-    std::vector<int> columns;
-    for (const Unit& unit : library.units) {
-      if (unit.effect != a && unit.effect != b) continue;
-      columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
-    }
-    return columns;
-  };
-  const int effects = static_cast<int>(effect_catalogue().size());
-  for (int a = 0; a < effects; ++a) {
-    for (int b = a + 1; b < effects; ++b) {
-      const std::vector<int> columns = columns_of(a, b);
-      if (!columns.empty()) spans.push_back(orthonormal(projected(Eigen::all, columns)));
-    }
-  }
-  return spans;
-}
-
-}  // namespace
-
-std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
-                                    const Candidate& best, const std::vector<Shape>& shapes,
-                                    double& score) {
-  constexpr double kSameShape = 0.95;  // share of a signal that makes it the same one
-  std::vector<std::vector<int>> kept = {{}};
-  if (best.effects.size() > 1) {
-    for (const int effect : best.effects) {
-      kept.emplace_back();
-      for (const int u : best.units) {
-        if (library.units[static_cast<std::size_t>(u)].effect != effect) kept.back().push_back(u);
-      }
-    }
-  }
-  std::vector<int> columns;
-  for (const int u : best.units) {
-    const auto& unit = library.units[static_cast<std::size_t>(u)];
-    columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
-  }
-  Eigen::VectorXd fitted = Eigen::VectorXd::Zero(space.rows());
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    fitted += best.values[static_cast<Eigen::Index>(i)] * library.signals.col(columns[i]);
-  }
-  fitted = space.project(fitted);
-  const double search_price =
-      kPriceOfName + 2 * std::log(static_cast<double>(shapes.size()) / 30.0);
-  const std::vector<Eigen::MatrixXd> named = spans_of_pairs(space, library);
-  std::optional<Finding> found;
-  for (const auto& units : kept) {
-    Eigen::MatrixXd known(space.rows(), parameter_count(library, units));
-    Eigen::Index at = 0;
-    for (const int u : units) {
-      for (const int c : library.units[static_cast<std::size_t>(u)].columns)
-        known.col(at++) = library.signals.col(c);
-    }
-    const Eigen::MatrixXd K = orthonormal(space.project(known));
-    const Eigen::VectorXd r = without(K, space.residual);
-    const Eigen::VectorXd replaced = without(K, fitted);
-    const double base = gain_of(library, units) - price_of(library, units);
-    for (const Shape& shape : shapes) {
-      if (shape.where.starts_with("effect ")) continue;
-      Eigen::MatrixXd D = space.project(shape.columns);
-      if (D.norm() < 1e-6 * shape.columns.norm()) continue;
-      D = without(K, D);
-      const Eigen::MatrixXd U = orthonormal(D);
-      if (transposed_times(U, replaced).squaredNorm() > kSameShape * replaced.squaredNorm())
-        continue;
-      const Eigen::VectorXd seen = within(U, r);
-      if (std::any_of(named.begin(), named.end(), [&](const Eigen::MatrixXd& pair) {
-            return transposed_times(pair, seen).squaredNorm() > kSameShape * seen.squaredNorm();
-          })) {
-        continue;
-      }
-      const double gain = transposed_times(U, r).squaredNorm();
-      const double s =
-          base + gain - search_price - kPriceOfParameter * static_cast<double>(U.cols());
-      if (found && s <= score) continue;
-      score = s;
-      found = Finding{shape.where, shape.when, chi2_tail(gain, static_cast<double>(U.cols())), gain,
-                      static_cast<int>(U.cols())};
-    }
-  }
-  return found;
 }
 
 std::vector<std::string> names_of(const Candidate& candidate) {

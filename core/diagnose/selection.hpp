@@ -93,41 +93,19 @@ inline constexpr double kFamily = 13.8;  // 2 ln 1000: rarer ones move no averag
 inline constexpr double kPriceOfPresence =
     3.8;  // 2 ln 7: one or two effects of ten, not one in 850
 
-/// Averages over a family of sets, each weighted by exp(weight / 2) (Hoeting et al. 1999, Bayesian
-/// model averaging, eqs. 1 to 4). The weight is the gain less the cheaper of two prices: that of
-/// the search (rails of one size, an effect one in 850), or the marginal likelihood's own with the
-/// usual ranges as priors (MacKay 1992), ln det(I + U G U) + kPriceOfPresence for each name: a
-/// mixture of both priors. The second is low where effects are nearly the same data, and there a
-/// value hangs most on which of them were left out: the search's price alone, made to keep false
-/// names rare, would state it too certain.
-struct Average {
-  std::vector<double> probability;  // of each effect of the catalogue: weight of the sets with it
-  Eigen::VectorXd value, square;    // E v and E v^2 of each column of single units; 0 where absent
-  /// Root mean square distance of the truth from `reported`: choice of the set and noise together.
-  [[nodiscard]] double std_about(int column, double reported) const;
-};
-Average average(const Library& library, const std::vector<Candidate>& family);
-
-/// The column of one parameter by itself; nothing when these readings can't show it.
-std::optional<int> column_of(const Library& library, int effect, int parameter);
-
 /// Sets in which one effect of `best` is replaced by another whose span holds its whole fitted
 /// signal, all but 4 in chi^2: the readings do not carry the difference, whatever the number of
 /// parameters. (No share of the signal instead: a large one is told apart by what is small in it.)
 std::vector<Candidate> structural_ties(const Library& library, const Candidate& best);
+
+/// Columns that `units` take together.
+int parameter_count(const Library& library, const std::vector<int>& units);
 
 /// Of the names and parameters of a set; the first unit of an effect costs more than further ones.
 double price_of(const Library& library, const std::vector<int>& units);
 
 /// Fall of chi^2 that `units` give together (0 for none).
 double gain_of(const Library& library, const std::vector<int>& units);
-
-/// The shape without a name that does best in place of the whole of `best` or of one of its
-/// effects, where it is another signal than those and than any two effects of the catalogue can
-/// make; its score in `score`.
-std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& library,
-                                    const Candidate& best, const std::vector<Shape>& shapes,
-                                    double& score);
 
 std::vector<std::string> names_of(const Candidate& candidate);
 

@@ -16,10 +16,9 @@ namespace trammel {
 namespace {
 
 constexpr int kHighestDegree = 4;
-constexpr int kReadingsPerTerm = 4;     // as many again for the noise, and more
-constexpr double kRankShare = 1e-9;     // of the longest column: what is shorter is rounding
-constexpr double kSameMm = 1e-6;        // a coordinate that varies less is one value
-constexpr double kStandstillMm = 1e-6;  // a shorter move has no direction
+constexpr int kReadingsPerTerm = 4;  // as many again for the noise, and more
+constexpr double kRankShare = 1e-9;  // of the longest column: what is shorter is rounding
+constexpr double kSameMm = 1e-6;     // a coordinate that varies less is one value
 
 /// Powers of up to three coordinates with a sum of at most `degree`.
 int n_terms(int coordinates, int degree) {
@@ -102,12 +101,8 @@ Eigen::MatrixXd deviations(const Mechanism& mechanism, std::span<const Reading> 
 Eigen::MatrixXd directions(std::span<const Reading> readings) {
   Eigen::MatrixXd dir(static_cast<Eigen::Index>(readings.size()), kChains);
   for (std::size_t j = 0; j < readings.size(); ++j) {
-    const Displacements way = readings[j].conditions.cmd_mm - readings[j].conditions.from_mm;
-    for (int i = 0; i < kChains; ++i) {
-      dir(static_cast<Eigen::Index>(j), i) = way[i] > kStandstillMm    ? 1
-                                             : way[i] < -kStandstillMm ? -1
-                                                                       : 0;
-    }
+    const Conditions& c = readings[j].conditions;
+    dir.row(static_cast<Eigen::Index>(j)) = directions_of(c.cmd_mm - c.from_mm).transpose();
   }
   return dir;
 }

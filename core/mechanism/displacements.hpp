@@ -10,6 +10,16 @@
 
 namespace trammel {
 
+/// Below this a rail does not move: a thousandth of a controller's count.
+inline constexpr double kStandstillMm = 1e-6;
+
+/// The direction in which each rail moves by `way_mm`: +1, -1, or 0 where it stands still.
+inline Eigen::Vector3d directions_of(const Displacements& way_mm) {
+  return way_mm.unaryExpr([](double d) {
+    return d > kStandstillMm ? 1.0 : d < -kStandstillMm ? -1.0 : 0.0;
+  });
+}
+
 /// The chains seen from their rails, side by side, for many poses of one robot; the last of four is
 /// empty. alpha, beta and r are in
 ///   ca = cos alpha,  sa = sin alpha,  k1 = r cos(beta - alpha),  k2 = r sin(beta - alpha)

@@ -9,8 +9,6 @@ namespace trammel {
 
 namespace {
 
-constexpr double kStandstillMm = 1e-6;  // a shorter move has no direction
-
 EpochShift shift_of(const RobotModel& model, int epoch) {
   const auto found = model.epochs.find(epoch);
   return found == model.epochs.end() ? EpochShift{} : found->second;
@@ -21,9 +19,7 @@ Moment conditions_of(const RobotModel& model, const Conditions& at) {
   m.l_mm = at.cmd_mm;
   m.s_mm = at.cmd_mm - inverse(model.mechanism.geometry, model.mechanism.home).l_mm;
   m.travel_mm = at.cmd_mm - at.from_mm;
-  for (int i = 0; i < kChains; ++i) {
-    m.direction[i] = m.travel_mm[i] > kStandstillMm ? 1 : m.travel_mm[i] < -kStandstillMm ? -1 : 0;
-  }
+  m.direction = directions_of(m.travel_mm);
   m.temp_degc = at.temp_degc;
   if (at.time_s) m.time_h = *at.time_s / kSecondsPerHour;
   m.screw_lead_mm = model.mechanism.screw_lead_mm;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/measure/reading.hpp"
+#include "core/mechanism/displacements.hpp"
 #include "core/mechanism/geometry.hpp"
 #include "core/mechanism/pose.hpp"
 
@@ -45,9 +46,6 @@ struct PlannedMove {
 /// Proof: build_test.cpp.
 PlannedMove planned_move(const Plan& plan, const PlannedPoint& point, const Displacements& cmd_mm,
                          const Displacements& at_mm, const Displacements& at_from_mm);
-
-/// Below this a rail does not move: a thousandth of a controller's count.
-inline constexpr double kStandstillMm = 1e-6;
 
 /// Throws InputError that names the point: no points, seq not 1, 2, …, a target that is not finite,
 /// a direction other than -1, 0, 1, a repeat below 1, an approach of no length.
