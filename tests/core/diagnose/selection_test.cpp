@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/diagnose/average.hpp"
 #include "core/diagnose/diagnose.hpp"
 
 #include "tests/core/diagnose/space.hpp"
