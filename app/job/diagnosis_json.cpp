@@ -179,6 +179,7 @@ Json state_json(const NextState& state) {
   Json json = Json::object();
   if (state.temp_degc) json["temp_degc"] = *state.temp_degc;
   if (state.wait_h) json["wait_h"] = *state.wait_h;
+  json["approach_mm"] = state.approach_mm;
   return json;
 }
 

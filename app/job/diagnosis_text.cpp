@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/terminal/lines.hpp"
+#include "core/plan/plan.hpp"
 
 namespace trammel::job {
 
@@ -280,6 +281,9 @@ std::string state_text(const Json& state) {
   if (state.contains("wait_h")) {
     text += fmt::format(", {:.0f} h after the last reading", state["wait_h"].get<double>());
   }
+  const double approach_mm = state.value("approach_mm", Plan{}.approach_mm);
+  if (approach_mm != Plan{}.approach_mm)
+    text += fmt::format(", each rail arriving over its last {:g} mm", approach_mm);
   return text;
 }
 

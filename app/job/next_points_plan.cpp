@@ -11,6 +11,7 @@ namespace trammel::job {
 Plan next_points_plan(const Json& diagnosis) {
   Plan plan;
   plan.name = kNextPoints;
+  plan.approach_mm = diagnosis["next_state"].value("approach_mm", plan.approach_mm);
   for (const Json& p : diagnosis["next_points"]) {
     PlannedPoint point;
     point.seq = static_cast<int>(plan.points.size()) + 1;

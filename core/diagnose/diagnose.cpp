@@ -42,7 +42,8 @@ struct Work {
   ResidualSpace space = {};        // around the base
   std::vector<Shape> shapes = {};  // dictionary and catalogue
   Library library = {};
-  bool agreement_taken = false;  // agreement of successive readings was taken for noise
+  bool agreement_taken = false;              // agreement of successive readings was taken for noise
+  std::optional<double> one_length_mm = {};  // of all approaches, where it is one
 };
 
 /// The best set, and what else was looked at, around its exact fit.
@@ -419,6 +420,7 @@ void say_what_is_not_testable(Work& w) {
     }
   }
   if (longest > 0 && longest < kOneLength * shortest) {
+    w.one_length_mm = longest;
     w.out.notes.emplace_back(
         "all approaches have one length: on these readings backlash and a memory of the last move "
         "are the same data; approaches of different lengths tell them apart");
@@ -577,6 +579,7 @@ void add_rivals(Work& w, const Naming& n, std::vector<Tie>& ties) {
   for (const LookAlike& alike : n.alike) {
     out.rivals.push_back(
         {{alike.name}, alike.finding.terms, std::exp(-0.5 * alike.evidence), false});
+    ties.push_back(tie_with_look_alike(n.library, best, alike));
     if (alike.name == "plane_tilt")
       out.notes.emplace_back(
           "a tilted measuring plane (plane_tilt) is nearly the same data as a scale: level the "
@@ -625,6 +628,10 @@ void decide(Work& w, std::vector<Tie>& ties) {
     return;
   }
   add_rivals(w, n, ties);
+  if (w.one_length_mm) {
+    if (auto tie = tie_with_memory(n.library, n.best, *w.one_length_mm))
+      ties.push_back(*std::move(tie));
+  }
   add_possible(w, n);
   out.considered = runners_up(n.best, n.all);
   out.verdict = out.rivals.empty() ? Verdict::explained : Verdict::ambiguous;

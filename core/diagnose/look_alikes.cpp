@@ -44,15 +44,21 @@ double price_of_scale(std::size_t n) {
 /// A value for each row of the path and each rail, by seq.
 using AlongPath = std::map<int, Displacements>;
 
+/// F of the play operator of a radius after a reading's last move.
+Displacements follow(Displacements F, const Conditions& c, double radius_mm) {
+  for (const Displacements& l : {c.from_mm, c.cmd_mm}) {
+    F = (l.array() - radius_mm).max((l.array() + radius_mm).min(F.array())).matrix();
+  }
+  return F;
+}
+
 /// (l - F_r) / r after each row: 1 when the play was last taken up in + direction, -1 in -.
 AlongPath play(const std::vector<Reading>& path, const Displacements& home_mm, double radius_mm) {
   AlongPath taken;
   std::map<int, Displacements> at;  // F of each epoch
   for (const Reading& r : path) {
     Displacements& F = at.try_emplace(r.conditions.epoch, home_mm).first->second;
-    for (const Displacements& l : {r.conditions.from_mm, r.conditions.cmd_mm}) {
-      F = (l.array() - radius_mm).max((l.array() + radius_mm).min(F.array())).matrix();
-    }
+    F = follow(F, r.conditions, radius_mm);
     taken[r.seq] = (r.conditions.cmd_mm - F) / radius_mm;
   }
   return taken;
@@ -66,13 +72,25 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
   constexpr double kRadiiMm[] = {1, 2, 4, 8, 16, 32};
   std::vector<AlongPath> plays;
   for (const double r : kRadiiMm) plays.push_back(play(path, home_mm, r));
-  const auto add = [&](const AlongPath& taken, std::size_t choices, const std::string& when) {
+  const auto add = [&](const AlongPath& taken, std::span<const double> radii_mm,
+                       std::size_t choices, const std::string& when) {
+    // a reading off the path is taken to come from home
+    const auto off_path =
+        [home_mm, radii = std::vector(radii_mm.begin(), radii_mm.end())](const Conditions& c) {
+          Displacements sum = Displacements::Zero();
+          for (const double r : radii) sum += (c.cmd_mm - follow(home_mm, c, r)) / r;
+          return Displacements(sum / static_cast<double>(radii.size()));
+        };
     kinds.push_back({.effects = {"backlash"},
                      .name = "hysteresis",
                      .what = "rails whose friction remembers the path",
                      .when = when,
-                     .basis = [taken](const Reading& r, const Moment&,
-                                      int k) { return along(k, -taken.at(r.seq)[k]); },
+                     .basis =
+                         [taken, off_path](const Reading& r, const Moment&, int k) {
+                           const auto on = taken.find(r.seq);
+                           return along(
+                               k, -(on != taken.end() ? on->second : off_path(r.conditions))[k]);
+                         },
                      .price = price_of_scale(choices),
                      .rarity = kEvidence20To1 / 2});
   };
@@ -88,7 +106,7 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
       }
       AlongPath mean = sum;
       for (auto& [seq, taken] : mean) taken /= n;
-      add(mean, kChoices,
+      add(mean, std::span(kRadiiMm).subspan(from, to - from + 1), kChoices,
           to == from ? "play of " + length(kRadiiMm[from])
                      : "plays of " + length(kRadiiMm[from]) + " to " + length(kRadiiMm[to]));
     }
@@ -111,22 +129,38 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
 
 /// The temperature after a lag of first order, tau dF/dt = T - F, from the first record on; the
 /// record is linear in between, for which the step is exact.
-std::map<int, double> filtered_degc(std::vector<Reading> record, double tau_s) {
-  std::ranges::stable_sort(record, {}, [](const Reading& r) { return *r.conditions.time_s; });
-  std::map<int, double> filtered;
-  double t = *record.front().conditions.time_s, T = *record.front().conditions.temp_degc, F = T;
-  for (const Reading& r : record) {
-    const double dt = *r.conditions.time_s - t, next = *r.conditions.temp_degc;
-    if (dt > 0) {
-      const double behind = (next - T) / dt * tau_s;  // of a ramp, in the long run
-      F = next - behind + (F - T + behind) * std::exp(-dt / tau_s);
+class LaggingThermometer {
+ public:
+  LaggingThermometer(std::vector<Reading> record, double tau_s) : tau_s_(tau_s) {
+    std::ranges::stable_sort(record, {}, [](const Reading& r) { return *r.conditions.time_s; });
+    last_ = {*record.front().conditions.time_s, *record.front().conditions.temp_degc,
+             *record.front().conditions.temp_degc};
+    for (const Reading& r : record) {
+      last_ = after(r.conditions);
+      filtered_degc_[r.seq] = last_.F;
     }
-    t += dt;
-    T = next;
-    filtered[r.seq] = F;
   }
-  return filtered;
-}
+  /// At a reading of the record, or at one after it.
+  [[nodiscard]] double degc(const Reading& r) const {
+    const auto at = filtered_degc_.find(r.seq);
+    if (at != filtered_degc_.end()) return at->second;
+    return r.conditions.time_s && r.conditions.temp_degc ? after(r.conditions).F : last_.F;
+  }
+
+ private:
+  struct State {
+    double t = 0, T = 0, F = 0;
+  };
+  [[nodiscard]] State after(const Conditions& c) const {
+    const double dt = *c.time_s - last_.t, next = *c.temp_degc;
+    if (dt <= 0) return {last_.t, next, last_.F};
+    const double behind = (next - last_.T) / dt * tau_s_;  // of a ramp, in the long run
+    return {*c.time_s, next, next - behind + (last_.F - last_.T + behind) * std::exp(-dt / tau_s_)};
+  }
+  double tau_s_;
+  State last_;
+  std::map<int, double> filtered_degc_;
+};
 
 /// What goes with temperature or time in a way that growth and drift do too.
 void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
@@ -161,10 +195,9 @@ void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
                      .what = "rails that follow the thermometer",
                      .when = std::to_string(static_cast<int>(lag_min)) + " min late",
                      .basis =
-                         [late = filtered_degc(record, 60 * lag_min)](const Reading& r,
-                                                                      const Moment& m, int k) {
-                           return along(k,
-                                        m.l_mm[k] * (late.at(r.seq) - kReferenceTemperatureDegc));
+                         [late = LaggingThermometer(record, 60 * lag_min)](const Reading& r,
+                                                                           const Moment& m, int k) {
+                           return along(k, m.l_mm[k] * (late.degc(r) - kReferenceTemperatureDegc));
                          },
                      .price = price_of_scale(std::size(kLagsMin)),
                      .rarity = kEvidence20To1 / 2});
@@ -272,7 +305,8 @@ Place place_of(const ResidualSpace& space, const Library& library, const Candida
 
 /// The columns of the look-alike that earn most: each choice of some of its rails.
 void try_rails(const ResidualSpace& space, const Place& place, const Eigen::MatrixXd& columns,
-               const Pretender& kind, std::optional<LookAlike>& found) {
+               const Pretender& kind, const std::vector<int>& effects,
+               std::optional<LookAlike>& found) {
   for (unsigned choice = 1; choice < 1U << columns.cols(); ++choice) {
     std::vector<int> chosen;
     for (int k = 0; k < columns.cols(); ++k) {
@@ -296,7 +330,13 @@ void try_rails(const ResidualSpace& space, const Place& place, const Eigen::Matr
         kind.rarity < kEvidence20To1 ? kind.name : "unnamed: " + kind.what + ", " + kind.when,
         {kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
          static_cast<int>(chosen.size())},
-        evidence};
+        evidence,
+        effects,
+        {}};
+    for (const int k : chosen) {
+      found->terms.emplace_back(
+          [basis = kind.basis, k](const Reading& r, const Moment& m) { return basis(r, m, k); });
+    }
   }
 }
 
@@ -319,7 +359,7 @@ std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& li
     columns = space.project(columns);
     for (const std::vector<int>& effects : sets) {
       if (!places.contains(effects)) places[effects] = place_of(space, library, best, effects);
-      try_rails(space, places[effects], columns, kind, of_kind[kind.name]);
+      try_rails(space, places[effects], columns, kind, effects, of_kind[kind.name]);
     }
   }
   std::vector<LookAlike> found;

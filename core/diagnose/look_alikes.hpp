@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/diagnose/dictionary.hpp"
 #include "core/diagnose/residual_space.hpp"
 #include "core/diagnose/selection.hpp"
 #include "core/diagnose/structure.hpp"
@@ -18,6 +19,9 @@ struct LookAlike {
   std::string name;  // as rivals are told: "hysteresis", or "unnamed: …"
   Finding finding;
   double evidence = 0;  // chi^2 that it gains over the effects it stands for, each less its price
+  std::vector<int> effects;  // places in the catalogue: those of the best set that it stands for
+  std::vector<DeviationOf> terms;  // of the rails that suit it; of a reading off the path, as if
+                                   // it were measured after all of it
 };
 
 /// The best of each kind of look-alike in place of one effect of `best`, or of all those it may be

@@ -14,11 +14,11 @@ namespace trammel {
 
 namespace {
 
-constexpr double kApproachMm = 5;
-constexpr double kSetUpS = 900;        // from the last reading to the first new one
-constexpr double kWaitH = 4;           // a time that tells a trend from a state
-constexpr double kWarmerK = 5;         // what a hall or a warm-up can do
-constexpr double kSafeMargin = 0.15;   // of the singularity measure
+constexpr double kOtherApproachesMm[] = {20, 1};  // beside the usual: long, and short, moves
+constexpr double kSetUpS = 900;                   // from the last reading to the first new one
+constexpr double kWaitH = 4;                      // a time that tells a trend from a state
+constexpr double kWarmerK = 5;                    // what a hall or a warm-up can do
+constexpr double kSafeMargin = 0.15;              // of the singularity measure
 constexpr double kWeakPrior = 1e-8;    // keeps N regular where the readings there are say nothing
 constexpr double kIndependent = 1e-9;  // share of the largest singular value that is no rounding
 const std::vector<double> kTurnsDeg = {0, -4, 4};
@@ -32,12 +32,13 @@ struct Visit {
   Conditions conditions;
 };
 
-bool reachable(const Mechanism& mechanism, const Pose& pose, InverseResult& at) {
+bool reachable(const Mechanism& mechanism, const Pose& pose, double approach_mm,
+               InverseResult& at) {
   at = inverse(mechanism.geometry, pose);
   if (!at.ok()) return false;
   const Limits& limits = mechanism.limits;
-  if (at.l_mm.minCoeff() < limits.l_min_mm + kApproachMm ||
-      at.l_mm.maxCoeff() > limits.l_max_mm - kApproachMm) {
+  if (at.l_mm.minCoeff() < limits.l_min_mm + approach_mm ||
+      at.l_mm.maxCoeff() > limits.l_max_mm - approach_mm) {
     return false;
   }
   return singularity(mechanism.geometry, velocity_equation(mechanism.geometry, pose, at)).margin() >
@@ -47,7 +48,7 @@ bool reachable(const Mechanism& mechanism, const Pose& pose, InverseResult& at) 
 /// Poses of a square lattice at three orientations. With `by_direction` each from all eight
 /// directions; else each from one, in turn, so that the next session is blind to none.
 std::vector<Visit> candidates(const Mechanism& mechanism, const Conditions& there,
-                              bool by_direction) {
+                              double approach_mm, bool by_direction) {
   const int half = by_direction ? 2 : 3;  // lattice points to either side
   const double step_mm = 90.0 / half;
   std::vector<Visit> all;
@@ -57,7 +58,7 @@ std::vector<Visit> candidates(const Mechanism& mechanism, const Conditions& ther
       for (int iy = -half; iy <= half; ++iy) {
         const Pose pose{step_mm * ix, step_mm * iy, rad_from_deg(phi_deg)};
         InverseResult at;
-        if (!reachable(mechanism, pose, at)) continue;
+        if (!reachable(mechanism, pose, approach_mm, at)) continue;
         ++turn;
         for (int bits = 0; bits < 8; ++bits) {
           if (!by_direction && bits != turn % 8) continue;
@@ -66,7 +67,7 @@ std::vector<Visit> candidates(const Mechanism& mechanism, const Conditions& ther
           for (int rail = 0; rail < kChains; ++rail) {
             const int direction = bits >> rail & 1 ? 1 : -1;
             c.approach[static_cast<std::size_t>(rail)] = direction;
-            c.conditions.from_mm[rail] -= direction * kApproachMm;
+            c.conditions.from_mm[rail] -= direction * approach_mm;
           }
           all.push_back(c);
         }
@@ -282,8 +283,9 @@ std::vector<std::size_t> choose(Search& search, std::size_t most) {
 
 /// States worth offering: as the readings were left, and what the ties can be told apart by.
 std::vector<NextState> states(const Conditions& last, const std::vector<Tie>& ties) {
-  bool temperature = false, time = false;
+  bool temperature = false, time = false, length = false;
   for (const Tie& tie : ties) {
+    length = length || tie.by_length;
     for (const int e : tie.effects) {
       for (const Need need : effect_catalogue()[static_cast<std::size_t>(e)].needs) {
         temperature = temperature || (need == Need::temperature && last.temp_degc);
@@ -292,10 +294,20 @@ std::vector<NextState> states(const Conditions& last, const std::vector<Tie>& ti
     }
   }
   std::vector<NextState> all = {{}};
+  const auto add = [&](std::optional<double> temp_degc, std::optional<double> wait_h) {
+    all.push_back({temp_degc, wait_h});
+  };
   const auto warmer = [&] { return std::round(*last.temp_degc + kWarmerK); };
-  if (temperature) all.push_back({warmer(), {}});
-  if (time) all.push_back({{}, kWaitH});
-  if (temperature && time) all.push_back({warmer(), kWaitH});
+  if (temperature) add(warmer(), {});
+  if (time) add({}, kWaitH);
+  if (temperature && time) add(warmer(), kWaitH);
+  const std::size_t usual = all.size();
+  for (const double approach_mm : kOtherApproachesMm) {
+    for (std::size_t i = 0; length && i < usual; ++i) {
+      all.push_back(all[i]);
+      all.back().approach_mm = approach_mm;
+    }
+  }
   return all;
 }
 
@@ -369,8 +381,9 @@ Open open_tie(const Known& k, const Tie& tie, const std::vector<Seen>& candidate
 Proposal propose(const Known& k, const NextState& state) {
   const bool by_direction =
       std::any_of(k.ties.begin(), k.ties.end(), [](const Tie& t) { return t.by_direction; });
-  const std::vector<Visit> all = candidates(
-      k.base.model.mechanism, conditions_in(state, k.last, k.options.new_epoch), by_direction);
+  const std::vector<Visit> all =
+      candidates(k.base.model.mechanism, conditions_in(state, k.last, k.options.new_epoch),
+                 state.approach_mm, by_direction);
   std::vector<Seen> seen;
   for (const Visit& c : all) seen.push_back(k.design.seen(c.conditions));
   Proposal proposal;

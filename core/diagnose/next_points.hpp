@@ -21,6 +21,7 @@ struct Tie {
   std::vector<Term> columns;  // of the rival
   std::vector<int> effects;   // places in the catalogue, of both sides
   bool by_direction = false;  // of approach: either side follows it
+  bool by_length = false;     // of the last move: either side follows it
   std::string why;            // "tells backlash from lead_curvature"
   std::string instead;        // another measurement that would decide
   double lead = 0;            // of the named set in score, on the readings there are
@@ -39,6 +40,7 @@ struct NextPoint {
 struct NextState {
   std::optional<double> temp_degc;  // of the machine
   std::optional<double> wait_h;     // after the last reading
+  double approach_mm = 5;           // length of each point's last move
 };
 
 /// A tie that no point decides, and what would.
@@ -60,9 +62,9 @@ struct NextOptions {
   bool new_epoch = true;  // the points get joint zeros and a frame of their own
 };
 
-/// Points (pose, orientation, direction of approach, temperature, waiting time), measured after the
-/// readings, that decide as many of the ties as `most` points can (T-optimality, Atkinson & Fedorov
-/// 1975: greedy, then exchange).
+/// Points (pose, orientation, direction and length of approach, temperature, waiting time),
+/// measured after the readings, that decide as many of the ties as `most` points can (T-optimality,
+/// Atkinson & Fedorov 1975: greedy, then exchange).
 ///
 /// Leftover energy of a tie: |v - C b|^2 minimised over b; v the whitened signal, C the base (with
 /// the new epoch's joint zeros and frame) and the rival's columns, over old and new points. One

@@ -1,6 +1,7 @@
 #include "core/diagnose/ties.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/linear/decompositions.hpp"
 
@@ -83,6 +84,12 @@ std::string other_instruments(const std::vector<int>& effects) {
   return kRailByRail;
 }
 
+std::string other_instrument(const LookAlike& alike, const std::vector<int>& effects) {
+  return alike.name == "plane_tilt"
+             ? "the plane of measurement, by points of all nests, or level the frame"
+             : other_instruments(effects);
+}
+
 std::string other_instrument(const Shape& shape) {
   return shape.where.starts_with("rail") ? kRailByRail
                                          : "a fixed reflector on the base, again and again";
@@ -163,6 +170,42 @@ Tie tie_with_unnamed(const ResidualSpace& space, const Library& library, const C
   closest.instead = other_instrument(shape);
   closest.lead = lead;
   return closest;
+}
+
+Tie tie_with_look_alike(const Library& library, const Candidate& best, const LookAlike& alike) {
+  const auto replaced = [&](int e) {
+    return std::ranges::find(alike.effects, e) != alike.effects.end();
+  };
+  Tie tie;
+  tie.signal = terms_of(library, best, true, replaced);
+  tie.columns = terms_of(library, best, false, [&](int e) { return !replaced(e); });
+  for (const DeviationOf& term : alike.terms) tie.columns.push_back({term});
+  tie.effects = best.effects;
+  tie.by_direction = tie.by_length = follows_direction(alike.effects);
+  std::vector<std::string> names;
+  for (const int e : alike.effects) names.push_back(effect_at(e).name);
+  tie.why = "tells " + joined(names) + " from " + alike.name;
+  tie.instead = other_instrument(alike, alike.effects);
+  tie.lead = -alike.evidence;
+  return tie;
+}
+
+std::optional<Tie> tie_with_memory(const Library& library, const Candidate& best,
+                                   double length_mm) {
+  LookAlike memory;
+  memory.name = "move_memory";
+  for (const int e : best.effects) {
+    if (effect_at(e).name == "backlash") memory.effects.push_back(e);
+  }
+  if (memory.effects.empty()) return std::nullopt;
+  for (int k = 0; k < kChains; ++k) {
+    memory.terms.emplace_back([=](const Reading&, const Moment& m) {
+      Deviation d;
+      d.dl_mm[k] = -m.direction[k] * std::exp(-std::abs(m.travel_mm[k]) / length_mm);
+      return d;
+    });
+  }
+  return tie_with_look_alike(library, best, memory);
 }
 
 Tie tie_of_unexplained(const ResidualSpace& space, const Library& library, const Candidate& tried,

@@ -2,10 +2,12 @@
 // What the named set could be mistaken for, as ties that further points may break; and the sets
 // that lost.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/diagnose/audit.hpp"
+#include "core/diagnose/look_alikes.hpp"
 #include "core/diagnose/next_points.hpp"
 #include "core/diagnose/selection.hpp"
 
@@ -18,6 +20,14 @@ Tie tie_between(const Library& library, const Candidate& best, const Candidate& 
 /// imitates most closely on the readings of `space`.
 Tie tie_with_unnamed(const ResidualSpace& space, const Library& library, const Candidate& best,
                      const Shape& shape, double lead);
+
+/// A look-alike (friction with memory, a lagging thermometer, …) in place of the effects of `best`
+/// that it stands for.
+Tie tie_with_look_alike(const Library& library, const Candidate& best, const LookAlike& alike);
+
+/// A memory of the last move, decaying over `length_mm`, in place of the backlash of `best`: where
+/// all approaches have that one length the two are the same data. Nothing without backlash.
+std::optional<Tie> tie_with_memory(const Library& library, const Candidate& best, double length_mm);
 
 /// Structure that has no name, as `shape` has it, against the best the catalogue could do (`tried`,
 /// which may be empty): points that show it again. What happened once in time no point shows.

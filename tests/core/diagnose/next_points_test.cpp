@@ -144,6 +144,35 @@ TEST_CASE("a rival without a name gets points like any other", "[diagnose]") {
   CHECK(next.points.front().why == tie.why);
 }
 
+TEST_CASE("backlash and a memory of moves of one length are told apart by moves of another",
+          "[diagnose]") {
+  Measured m = one_direction();
+  int i = 0;
+  for (Reading& r : m.readings) {
+    const double from = ++i % 2 == 0 ? 5 : -5;
+    r.conditions.from_mm = r.conditions.cmd_mm + Displacements::Constant(from);
+  }
+  Tie tie = hidden_backlash(0.05).front();
+  tie.columns.push_back({[](const Reading&, const Moment& at) {
+    Deviation d;
+    d.dl_mm[0] = -at.direction[0] * std::exp(-std::abs(at.travel_mm[0]) / 5);
+    return d;
+  }});
+  SECTION("of the usual length no point can") {
+    const NextPoints next = plan_next_points(m.fit, m.readings, m.sigma, {tie});
+    CHECK(next.points.empty());
+    CHECK(next.undecided.size() == 1);
+  }
+  SECTION("of another length they do") {
+    tie.by_length = true;
+    const NextPoints next = plan_next_points(m.fit, m.readings, m.sigma, {tie});
+    CHECK(next.energy_before < 1e-3);
+    CHECK(next.energy_after > energy_needed(0));
+    CHECK(next.state.approach_mm != 5);
+    CHECK(next.undecided.empty());
+  }
+}
+
 TEST_CASE("the energy asked of new points is what the lead leaves to do", "[diagnose]") {
   CHECK_THAT(energy_needed(0), WithinAbs(47.2, 0.1));   // (3 + sqrt(15))^2
   CHECK_THAT(energy_needed(6), WithinAbs(36.0, 1e-9));  // at 20:1 already: (3 + 3)^2
