@@ -21,11 +21,10 @@ struct Pretender {
   std::vector<std::string> effects;  // that it may be taken for
   std::string name, what, when;
   Basis basis;
-  int columns = kChains;  // one a rail, of which some are chosen; 1: it has no rails
-  double price = kPriceOfName + kPriceOfParameter;  // with one column
-  double rarity = kEvidence20To1;                   // 2 ln of how much rarer than the effect
-  bool always = false;                              // asked even where nothing tells it apart
-  bool positive = false;                            // its one column has no other sign
+  int columns = kChains;  // one a rail, of which some are chosen, or one value for all; 1: no rails
+  double rarity = kEvidence20To1;  // 2 ln of how much rarer than the effect
+  bool always = false;             // asked even where nothing tells it apart
+  bool positive = false;           // its one column has no other sign
 };
 
 Deviation along(int rail, double dl_mm) {
@@ -35,11 +34,6 @@ Deviation along(int rail, double dl_mm) {
 }
 
 std::string length(double mm) { return std::to_string(static_cast<int>(mm)) + " mm"; }
-
-/// What a kind's scale (radius, length, time) costs: the choice among `n`.
-double price_of_scale(std::size_t n) {
-  return kPriceOfName + kPriceOfParameter + 2 * std::log(static_cast<double>(n));
-}
 
 /// A value for each row of the path and each rail, by seq.
 using AlongPath = std::map<int, Displacements>;
@@ -73,7 +67,7 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
   std::vector<AlongPath> plays;
   for (const double r : kRadiiMm) plays.push_back(play(path, home_mm, r));
   const auto add = [&](const AlongPath& taken, std::span<const double> radii_mm,
-                       std::size_t choices, const std::string& when) {
+                       const std::string& when) {
     // a reading off the path is taken to come from home
     const auto off_path =
         [home_mm, radii = std::vector(radii_mm.begin(), radii_mm.end())](const Conditions& c) {
@@ -91,12 +85,10 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
                            return along(
                                k, -(on != taken.end() ? on->second : off_path(r.conditions))[k]);
                          },
-                     .price = price_of_scale(choices),
                      .rarity = kEvidence20To1 / 2});
   };
-  constexpr std::size_t kOctaves = std::size(kRadiiMm);
   // one play, or as many of neighbouring octaves with one weight: a hysteresis of some width
-  constexpr std::size_t kChoices = kOctaves * (kOctaves + 1) / 2;
+  constexpr std::size_t kOctaves = std::size(kRadiiMm);
   for (std::size_t from = 0; from < kOctaves; ++from) {
     AlongPath sum = plays[from];
     for (std::size_t to = from; to < kOctaves; ++to) {
@@ -106,7 +98,7 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
       }
       AlongPath mean = sum;
       for (auto& [seq, taken] : mean) taken /= n;
-      add(mean, std::span(kRadiiMm).subspan(from, to - from + 1), kChoices,
+      add(mean, std::span(kRadiiMm).subspan(from, to - from + 1),
           to == from ? "play of " + length(kRadiiMm[from])
                      : "plays of " + length(kRadiiMm[from]) + " to " + length(kRadiiMm[to]));
     }
@@ -122,7 +114,6 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
                            return along(k,
                                         -m.direction[k] * std::exp(-std::abs(m.travel_mm[k]) / d));
                          },
-                     .price = price_of_scale(std::size(kLengthsMm)),
                      .rarity = kEvidence20To1 / 2});
   }
 }
@@ -199,7 +190,6 @@ void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
                                                                            const Moment& m, int k) {
                            return along(k, m.l_mm[k] * (late.degc(r) - kReferenceTemperatureDegc));
                          },
-                     .price = price_of_scale(std::size(kLagsMin)),
                      .rarity = kEvidence20To1 / 2});
   }
 }
@@ -224,7 +214,6 @@ void add_tilts(std::vector<Pretender>& kinds) {
                            return d;
                          },
                      .columns = 1,
-                     .price = kPriceOfName + 2 * kPriceOfParameter,  // azimuth and tilt
                      .rarity = 0,
                      .always = true,
                      .positive = true});
@@ -303,41 +292,72 @@ Place place_of(const ResidualSpace& space, const Library& library, const Candida
   return place;
 }
 
-/// The columns of the look-alike that earn most: each choice of some of its rails.
-void try_rails(const ResidualSpace& space, const Place& place, const Eigen::MatrixXd& columns,
-               const Pretender& kind, const std::vector<int>& effects,
-               std::optional<LookAlike>& found) {
-  for (unsigned choice = 1; choice < 1U << columns.cols(); ++choice) {
+/// Choices of rails: some of them with a value each, or all of them with one value (the last).
+std::vector<Eigen::MatrixXd> choices_of(int columns) {
+  const Eigen::MatrixXd each = Eigen::MatrixXd::Identity(columns, columns);
+  std::vector<Eigen::MatrixXd> choices;
+  for (unsigned choice = 1; choice < 1U << columns; ++choice) {
     std::vector<int> chosen;
-    for (int k = 0; k < columns.cols(); ++k) {
+    for (int k = 0; k < columns; ++k) {
       if ((choice >> k & 1U) != 0) chosen.push_back(k);
     }
-    const Eigen::MatrixXd own = beside(place.kept, columns(Eigen::all, chosen));
+    choices.emplace_back(each(Eigen::all, chosen));
+  }
+  if (columns > 1) choices.emplace_back(Eigen::MatrixXd::Ones(columns, 1));
+  return choices;
+}
+
+/// The choice of rails that earns most in place of the effects; nothing where the readings can't
+/// tell the two apart.
+std::optional<LookAlike> best_rails(const ResidualSpace& space, const Place& place,
+                                    const Eigen::MatrixXd& columns, const Pretender& kind,
+                                    const std::vector<int>& effects) {
+  std::optional<LookAlike> found;
+  for (const Eigen::MatrixXd& choice : choices_of(static_cast<int>(columns.cols()))) {
+    const Eigen::MatrixXd own = beside(place.kept, product(columns, choice));
     if (kind.positive && own.col(0).dot(space.residual) < 0) continue;
     const Eigen::MatrixXd span = orthonormal(own);
     const Eigen::VectorXd seen = within(span, space.residual);
     // what either can't imitate of the other as fitted
     const double told =
         std::max(without(span, place.seen).squaredNorm(), without(place.span, seen).squaredNorm());
-    const auto n = static_cast<double>(chosen.size());
-    const double price = kind.price + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));
+    const auto n = static_cast<double>(choice.cols());
+    const double price =
+        kPriceOfName + kPriceOfParameter + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));
     const double evidence =
         seen.squaredNorm() - price - kind.rarity - (place.seen.squaredNorm() - place.price);
     const double apart = std::max(kTellApart, kSameSignal * place.seen.squaredNorm());
-    if ((told < apart && !kind.always) || evidence <= -kEvidence20To1) continue;
-    if (found && evidence <= found->evidence) continue;
+    if ((told < apart && !kind.always) || (found && evidence <= found->evidence)) continue;
     found = LookAlike{
         kind.rarity < kEvidence20To1 ? kind.name : "unnamed: " + kind.what + ", " + kind.when,
         {kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
-         static_cast<int>(chosen.size())},
+         static_cast<int>(choice.cols())},
         evidence,
         effects,
         {}};
-    for (const int k : chosen) {
-      found->terms.emplace_back(
-          [basis = kind.basis, k](const Reading& r, const Moment& m) { return basis(r, m, k); });
+    for (Eigen::Index c = 0; c < choice.cols(); ++c) {
+      found->terms.emplace_back([basis = kind.basis, rails = Eigen::VectorXd(choice.col(c))](
+                                    const Reading& r, const Moment& m) {
+        Deviation sum;
+        for (int k = 0; k < rails.size(); ++k) {
+          if (rails[k] != 0) sum += basis(r, m, k);
+        }
+        return sum;
+      });
     }
   }
+  return found;
+}
+
+/// A kind at all of its scales (radius, length, time, azimuth), each as likely as the others
+/// beforehand: its evidence is that of their mean likelihood, 2 ln(sum exp(e / 2) / scales).
+std::optional<LookAlike> over_scales(const std::vector<LookAlike>& at_scales, std::size_t scales) {
+  if (at_scales.empty()) return std::nullopt;
+  LookAlike best = *std::ranges::max_element(at_scales, {}, &LookAlike::evidence);
+  double sum = 0;
+  for (const LookAlike& alike : at_scales) sum += std::exp((alike.evidence - best.evidence) / 2);
+  best.evidence += 2 * std::log(sum / static_cast<double>(scales));
+  return best;
 }
 
 }  // namespace
@@ -346,9 +366,12 @@ std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& li
                                    const Candidate& best, std::span<const Reading> path) {
   std::vector<Reading> rows(path.begin(), path.end());
   std::ranges::stable_sort(rows, {}, &Reading::seq);
+  const std::vector<Pretender> kinds = kinds_for(space, rows);
   std::map<std::vector<int>, Place> places;
-  std::map<std::string, std::optional<LookAlike>> of_kind;
-  for (const Pretender& kind : kinds_for(space, rows)) {
+  std::map<std::string, std::size_t> scales;
+  std::map<std::pair<std::string, std::vector<int>>, std::vector<LookAlike>> at_scales;
+  for (const Pretender& kind : kinds) {
+    ++scales[kind.name];
     const auto sets = taken_for(kind, best);
     if (sets.empty()) continue;
     Eigen::MatrixXd columns(space.rows(), kind.columns);
@@ -359,13 +382,19 @@ std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& li
     columns = space.project(columns);
     for (const std::vector<int>& effects : sets) {
       if (!places.contains(effects)) places[effects] = place_of(space, library, best, effects);
-      try_rails(space, places[effects], columns, kind, effects, of_kind[kind.name]);
+      if (auto alike = best_rails(space, places[effects], columns, kind, effects))
+        at_scales[{kind.name, effects}].push_back(*std::move(alike));
     }
   }
-  std::vector<LookAlike> found;
-  for (const auto& [name, alike] : of_kind) {
-    if (alike) found.push_back(*alike);
+  std::map<std::string, LookAlike> of_kind;
+  for (const auto& [key, alikes] : at_scales) {
+    const auto alike = over_scales(alikes, scales[key.first]);
+    if (!alike || alike->evidence <= -kEvidence20To1) continue;
+    const auto known = of_kind.try_emplace(key.first, *alike).first;
+    if (alike->evidence > known->second.evidence) known->second = *alike;
   }
+  std::vector<LookAlike> found;
+  for (const auto& [name, alike] : of_kind) found.push_back(alike);
   std::ranges::stable_sort(found, std::greater{}, &LookAlike::evidence);
   return found;
 }

@@ -29,11 +29,11 @@ struct LookAlike {
 /// name is held to be 20 times rarer than the effect, friction with memory and a thermometer that
 /// lags 4.5 times, a tilted plane as common.
 ///
-/// Price: that of an effect of the catalogue, and 2 ln(n) for a scale (radius, length, time) chosen
-/// among n. Asked only where the readings can tell the two apart (the part of either's fitted
-/// signal that the other can't imitate carries kTellApart of chi^2), but for a tilted plane, which
-/// hardly any point tells from a scale. `path`: all rows in the order they were commanded, failed
-/// and unseen ones too; the play operators
+/// Price: that of an effect of the catalogue; over its scales (radius, length, time, azimuth) the
+/// likelihood is averaged. Asked only where the readings can tell the two apart (the part of
+/// either's fitted signal that the other can't imitate carries kTellApart of chi^2), but for a
+/// tilted plane, which hardly any point tells from a scale. `path`: all rows in the order they were
+/// commanded, failed and unseen ones too; the play operators
 ///   F <- max(l - r, min(l + r, F))          (Krasnosel'skii & Pokrovskii 1989; from home, per
 ///   epoch)
 /// and the filtered temperature  tau dF/dt = T - F  follow it.
