@@ -10,11 +10,14 @@
 
 namespace {
 
-// What threads free they take again with the next campaign. Given back in between, it costs calls
-// of the kernel under a lock of all threads: a third of the gain from a second core.
+// What is freed is taken again by the next matrix or campaign. Given back in between, each block of
+// more than 128 kB is a mapping of its own whose pages the kernel clears again: half of the time of
+// a diagnosis of 376 readings (1.9 s, 0.9 s without).
 void keep_freed_memory() {
 #ifdef __GLIBC__
-  mallopt(M_TRIM_THRESHOLD, 64 << 20);
+  constexpr int kNever = 1 << 30;  // bytes: no block is as large
+  mallopt(M_MMAP_THRESHOLD, kNever);
+  mallopt(M_TRIM_THRESHOLD, kNever);
   mallopt(M_TOP_PAD, 1 << 20);
 #endif
 }
