@@ -1,26 +1,14 @@
 #include <fcntl.h>
-#include <malloc.h>
 #include <unistd.h>
 
 #include <string>
 #include <vector>
 
+#include "app/allocator.hpp"
 #include "app/cli/cli.hpp"
 #include "app/cli/commands.hpp"
 
 namespace {
-
-// What is freed is taken again by the next matrix or campaign. Given back in between, each block of
-// more than 128 kB is a mapping of its own whose pages the kernel clears again: half of the time of
-// a diagnosis of 376 readings (1.9 s, 0.9 s without).
-void keep_freed_memory() {
-#ifdef __GLIBC__
-  constexpr int kNever = 1 << 30;  // bytes: no block is as large
-  mallopt(M_MMAP_THRESHOLD, kNever);
-  mallopt(M_TRIM_THRESHOLD, kNever);
-  mallopt(M_TOP_PAD, 1 << 20);
-#endif
-}
 
 /// A standard stream that was closed would be the next file or socket that is opened, and get what
 /// is meant for a person. What is lost of the data is noticed, what is lost of the talk is not.
@@ -36,7 +24,7 @@ void hold_standard_streams() {
 
 int main(int argc, char** argv) {
   hold_standard_streams();
-  keep_freed_memory();
+  trammel::keep_freed_memory();
   const std::vector<std::string> words(argv + (argc > 0 ? 1 : 0), argv + argc);
   return trammel::cli::run_cli(words, trammel::cli::commands());
 }
