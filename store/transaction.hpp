@@ -15,7 +15,7 @@ class Transaction {
   Transaction(const Transaction&) = delete;
   Transaction& operator=(const Transaction&) = delete;
 
-  /// "Stored" may be said when this has returned.
+  /// "Stored" may be reported when this has returned.
   void commit();
 
  private:

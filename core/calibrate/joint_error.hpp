@@ -9,7 +9,7 @@
 
 namespace trammel {
 
-/// Where a map was told an error: the place of the target, and the three joint errors seen there.
+/// Where a map was given an error: the place of the target, and the three joint errors seen there.
 struct JointSample {
   double x_mm = 0;
   double y_mm = 0;

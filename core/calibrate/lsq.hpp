@@ -77,13 +77,13 @@ LsqResult identify_linear(const Mechanism& mechanism, std::span<const Reading> r
                           const TrackerSigma& sigma, const LsqOptions& options = {});
 
 /// The same, linearised again at what was found and solved for the rest (Gauss-Newton, by the
-/// normal equations in the directions that the first system told), until the next step, as the last
-/// ones shrink, would change nothing (1e-6 tolerances), `steps` times at most. The first-order
-/// system alone overshoots where an error that it lacks (a drive's gain) drives parameters far from
-/// nominal. What the first step dropped, or a basic solution left out, stays out. Values are
-/// changes from nominal; rank, rounds and uncertainties are those of the first system. Throws as
-/// identify_linear. Proof: the gradient at the end vanishes, with drops and later epochs too
-/// (lsq_test.cpp).
+/// normal equations in the directions that the first system determined), until the next step, as
+/// the last ones shrink, would change nothing (1e-6 tolerances), `steps` times at most. The
+/// first-order system alone overshoots where an error that it lacks (a drive's gain) drives
+/// parameters far from nominal. What the first step dropped, or a basic solution left out, stays
+/// out. Values are changes from nominal; rank, rounds and uncertainties are those of the first
+/// system. Throws as identify_linear. Proof: the gradient at the end vanishes, with drops and later
+/// epochs too (lsq_test.cpp).
 LsqResult identify_repeated(const Mechanism& mechanism, std::span<const Reading> readings,
                             const TrackerSigma& sigma, const LsqOptions& options, int steps);
 

@@ -444,7 +444,7 @@ std::vector<Finding> significant(const StructureTest& test, double level) {
   return left;
 }
 
-/// Abstains: what the catalogue could do is told as tried, and is not added to the model.
+/// Abstains: what the catalogue could do is reported as tried, and is not added to the model.
 void leave_unexplained(Work& w, std::vector<Finding> where) {
   Diagnosis& out = w.out;
   out.verdict = Verdict::unexplained;

@@ -1,6 +1,6 @@
 #pragma once
 // Structure without a name: what errors of robots and trackers look like, so that residuals can be
-// tested for anything, and an unexplained gap can be said to live somewhere.
+// tested for anything, and an unexplained gap can be located.
 
 #include <Eigen/Core>
 #include <functional>

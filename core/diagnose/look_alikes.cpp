@@ -23,7 +23,7 @@ struct Pretender {
   Basis basis;
   int columns = kChains;  // one a rail, of which some are chosen, or one value for all; 1: no rails
   double rarity = kEvidence20To1;  // 2 ln of how much rarer than the effect
-  bool always = false;             // asked even where nothing tells it apart
+  bool always = false;             // tested even where nothing tells it apart
   bool positive = false;           // its one column has no other sign
 };
 
@@ -319,7 +319,7 @@ std::optional<LookAlike> best_rails(const ResidualSpace& space, const Place& pla
     const Eigen::MatrixXd span = orthonormal(own);
     const Eigen::VectorXd seen = within(span, space.residual);
     // what either can't imitate of the other as fitted
-    const double told =
+    const double distinct =
         std::max(without(span, place.seen).squaredNorm(), without(place.span, seen).squaredNorm());
     const auto n = static_cast<double>(choice.cols());
     const double price =
@@ -327,7 +327,7 @@ std::optional<LookAlike> best_rails(const ResidualSpace& space, const Place& pla
     const double evidence =
         seen.squaredNorm() - price - kind.rarity - (place.seen.squaredNorm() - place.price);
     const double apart = std::max(kTellApart, kSameSignal * place.seen.squaredNorm());
-    if ((told < apart && !kind.always) || (found && evidence <= found->evidence)) continue;
+    if ((distinct < apart && !kind.always) || (found && evidence <= found->evidence)) continue;
     found = LookAlike{
         kind.rarity < kEvidence20To1 ? kind.name : "unnamed: " + kind.what + ", " + kind.when,
         {kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),

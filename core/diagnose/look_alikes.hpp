@@ -16,7 +16,7 @@
 namespace trammel {
 
 struct LookAlike {
-  std::string name;  // as rivals are told: "hysteresis", or "unnamed: …"
+  std::string name;  // as rivals are reported: "hysteresis", or "unnamed: …"
   Finding finding;
   double evidence = 0;  // chi^2 that it gains over the effects it stands for, each less its price
   std::vector<int> effects;  // places in the catalogue: those of the best set that it stands for

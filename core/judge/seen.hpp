@@ -56,7 +56,7 @@ using HeldEpochs = std::vector<std::pair<int, int>>;
 class Seen {
  public:
   /// `taken`: readings that were fitted. An epoch is known when one of them is of it, or when the
-  /// set-up held between it and one that is known. `one_set_up`: the fit was told that all epochs
+  /// set-up held between it and one that is known. `one_set_up`: the fit took it that all epochs
   /// are one. Proof: seen_test.cpp.
   explicit Seen(std::span<const Reading> taken, const HeldEpochs& held = {},
                 bool one_set_up = false);

@@ -15,7 +15,7 @@ struct CheckOptions {
   double singularity_margin = 0.1;  // of Singularity::margin(); the paper's points have over 0.3
   double path_step_mm = 2;          // rails are looked at this often on the way
   double link_clearance_mm = 10;    // between centre lines of links, and of a link and the platform
-  double speed_mm_s = 20;           // of the fastest rail, as the stage will be told
+  double speed_mm_s = 20;           // of the fastest rail, as the stage will be given it
   double max_speed_mm_s = 200;      // that a rail may go; a speed is refused, never lowered
   double max_platform_mm_s = 500;   // that the reflector may go on the way
 };

@@ -1,5 +1,5 @@
 #pragma once
-// Where to measure: sets of target poses, at phi = 0 unless said otherwise.
+// Where to measure: sets of target poses, at phi = 0 unless stated otherwise.
 
 #include <cstdint>
 #include <span>

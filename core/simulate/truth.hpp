@@ -1,5 +1,5 @@
 #pragma once
-// What is hidden in the virtual robot. Everything is 0 (nothing wrong) unless said otherwise.
+// What is hidden in the virtual robot. Everything is 0 (nothing wrong) unless stated otherwise.
 
 #include <Eigen/Core>
 #include <cstdint>
