@@ -226,8 +226,9 @@ Id require_campaign_id(Connection& connection, std::string_view name) {
 
 double campaign_age_s(Connection& connection, Id campaign_id) {
   Statement age(connection,
-                "SELECT max(0.0, (julianday('now') - julianday(created_utc)) * 86400.0) "
-                "FROM campaign WHERE campaign_id = ?");
+                "SELECT max(0.0, coalesce((julianday('now') - julianday(created_utc)) * 86400.0, "
+                "0.0), coalesce((SELECT max(time_s) FROM reading WHERE reading.campaign_id = "
+                "campaign.campaign_id), 0.0)) FROM campaign WHERE campaign_id = ?");
   age << campaign_id;
   const bool there = age.step();
   TRAMMEL_ASSERT(there);

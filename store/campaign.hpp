@@ -34,7 +34,8 @@ CampaignRow require_campaign(Connection& connection, std::string_view name);
 /// Its id, without what a row has to count.
 Id require_campaign_id(Connection& connection, std::string_view name);
 
-/// Seconds since the campaign was made, by the computer's date; not below 0.
+/// Seconds since the campaign was made, by the computer's date; not below 0, nor before its last
+/// reading: a date that was put back sends no reading back.
 double campaign_age_s(Connection& connection, Id campaign_id);
 
 struct ImportResult {

@@ -68,6 +68,8 @@ constexpr std::array kAdvice = {
     Advice{SQLITE_AUTH, "the database refused this operation",
            "what is stored is never changed or deleted"},
     Advice{SQLITE_INTERRUPT, "the query took too long", "ask for less, or allow it more time"},
+    Advice{SQLITE_TOOBIG, "a value is too large for a question",
+           "ask for the table by its name, or for less of it"},
 };
 
 }  // namespace
@@ -81,10 +83,11 @@ Connection::Connection(const std::filesystem::path& file, Access access)
                          .where = {.file = file.string()},
                          .hint = "name it with --db FILE or TRAMMEL_DB"});
   }
-  if (std::filesystem::is_directory(file, ignored)) {
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored)) {
+    const bool folder = std::filesystem::is_directory(file, ignored);
     throw StoreError({.what = "the database can not be opened",
                       .where = {.file = file.string()},
-                      .got = "a folder",
+                      .got = folder ? "a folder" : "a device or a pipe",
                       .expected = "a file"});
   }
   // In a folder that can not be written SQLite has no place for its -shm: without a -wal the file

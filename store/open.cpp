@@ -9,6 +9,7 @@
 
 #include "store/guard.hpp"
 #include "store/migrations.hpp"
+#include "store/place.hpp"
 #include "store/statement.hpp"
 #include "store/transaction.hpp"
 
@@ -26,14 +27,18 @@ bool is_empty(Connection& connection) {
          single(connection, "PRAGMA application_id") == 0 && version_of(connection) == 0;
 }
 
-// SQL by "type name".
-using Schema = std::map<std::string, std::string>;
+struct Object {
+  std::string sql;
+  std::string table;  // that an index or a trigger is of
+};
+// By "type name".
+using Schema = std::map<std::string, Object>;
 
 Schema read_schema(Connection& connection) {
   Schema schema;
   Statement rows(connection,
-                 "SELECT type || ' ' || name, sql FROM sqlite_schema WHERE sql IS NOT NULL");
-  while (rows.step()) schema.emplace(rows.text(0), rows.text(1));
+                 "SELECT type || ' ' || name, sql, tbl_name FROM sqlite_schema WHERE sql NOT NULL");
+  while (rows.step()) schema.emplace(rows.text(0), Object{rows.text(1), rows.text(2)});
   return schema;
 }
 
@@ -60,28 +65,32 @@ bool is_as_written(const Schema& found, int version) {
   };
   return found.size() == count("\nCREATE ") - count("\nDROP VIEW ") &&
          std::ranges::all_of(found, [&](const auto& object) {
-           return text.find("\n" + object.second + ";") != text.npos;
+           return text.find("\n" + object.second.sql + ";") != text.npos;
          });
 }
 
-// A stranger's file may hold triggers or views that act when it is read or written.
+// A stranger's file may hold triggers or views that act when it is read or written, and indexes
+// that hide rows from whoever asks by them.
 void check_schema(Connection& connection, int version) {
   const Schema found = read_schema(connection);
   if (is_as_written(found, version)) return;
   Connection model(":memory:", Access::create);
   create_schema(model, version);
   const Schema expected = read_schema(model);
-  for (const auto& [name, sql] : expected) {
+  for (const auto& [name, object] : expected) {
     const auto it = found.find(name);
     if (it == found.end()) throw not_ours(connection, "no " + name, "the schema of its version");
-    if (it->second != sql) {
+    if (it->second.sql != object.sql) {
       throw not_ours(connection, "another " + name, "the schema of its version");
     }
   }
-  for (const auto& [name, sql] : found) {
-    const bool own_table = name.starts_with("table ") && !sql.starts_with("CREATE VIRTUAL");
-    if (expected.contains(name) || own_table || name.starts_with("index ")) continue;
-    throw not_ours(connection, "an unknown " + name, "no triggers and views but its own");
+  for (const auto& [name, object] : found) {
+    const bool own_table = name.starts_with("table ") && !object.sql.starts_with("CREATE VIRTUAL");
+    const bool own_index =
+        name.starts_with("index ") && !expected.contains("table " + object.table);
+    if (expected.contains(name) || own_table || own_index) continue;
+    throw not_ours(connection, "an unknown " + name,
+                   "no triggers, no views, and no indexes of its tables but its own");
   }
 }
 
@@ -108,6 +117,7 @@ void initialise(Connection& connection) {
   if (!is_empty(connection)) return;  // another process was first
   create_schema(connection, newest_version());
   transaction.commit();
+  checkpoint(connection);
 }
 
 // A file from anywhere, before it is opened for writing: that alone can run what it holds (a log

@@ -13,6 +13,8 @@ namespace {
 
 // Steps of SQLite's machine between two looks at the clock: some 0.1 ms.
 constexpr int kStepsPerLook = 10'000;
+constexpr int kLongestValueBytes = 16 << 20;  // a job's points of some 200,000 readings
+constexpr int kLongestPatternBytes = 1000;
 
 int time_is_over(void* deadline) {
   using Clock = std::chrono::steady_clock;
@@ -86,6 +88,10 @@ Query::Query(Connection& connection, const std::string& question, std::chrono::m
     : connection_(connection), deadline_(std::chrono::steady_clock::now() + limit) {
   TRAMMEL_ASSERT(connection.access() == Access::read_only);
   const std::string sql = select_of(connection, question);
+  sqlite3* db = connection.handle();
+  longest_value_ = sqlite3_limit(db, SQLITE_LIMIT_LENGTH, -1);  // -1 asks
+  longest_pattern_ = sqlite3_limit(db, SQLITE_LIMIT_LIKE_PATTERN_LENGTH, kLongestPatternBytes);
+  if (sql == question) sqlite3_limit(db, SQLITE_LIMIT_LENGTH, kLongestValueBytes);
   if (is_one_statement(connection, sql)) statement_.emplace(connection, sql);
   if (!statement_ || sqlite3_stmt_readonly(statement_->handle()) == 0 ||
       statement_->columns() == 0) {
@@ -99,7 +105,12 @@ Query::Query(Connection& connection, const std::string& question, std::chrono::m
   sqlite3_progress_handler(connection.handle(), kStepsPerLook, time_is_over, &deadline_);
 }
 
-Query::~Query() { sqlite3_progress_handler(connection_.handle(), 0, nullptr, nullptr); }
+Query::~Query() {
+  sqlite3* db = connection_.handle();
+  sqlite3_progress_handler(db, 0, nullptr, nullptr);
+  sqlite3_limit(db, SQLITE_LIMIT_LENGTH, longest_value_);
+  sqlite3_limit(db, SQLITE_LIMIT_LIKE_PATTERN_LENGTH, longest_pattern_);
+}
 
 std::optional<std::vector<Cell>> Query::next() {
   if (!statement_->step()) return std::nullopt;

@@ -26,7 +26,9 @@ void provide(Connection& connection, const ComputedTable& table);
 /// when the query goes.
 class Query {
  public:
-  /// `question` is one SELECT, or the name of a table or view: all of it.
+  /// `question` is one SELECT, or the name of a table or view: all of it. In a SELECT values have
+  /// at most 16 MB and patterns of LIKE and GLOB at most 1000 bytes: the time limit is looked at
+  /// between SQLite's steps, and one step goes through all of a value.
   /// @throws InputError  not one statement that only reads; what SQLite says of it otherwise
   Query(Connection& connection, const std::string& question, std::chrono::milliseconds limit);
   ~Query();
@@ -42,6 +44,7 @@ class Query {
   std::chrono::steady_clock::time_point deadline_;
   std::optional<Statement> statement_;
   std::vector<std::string> columns_;
+  int longest_value_ = 0, longest_pattern_ = 0;  // of the connection, before
 };
 
 }  // namespace trammel::store

@@ -301,6 +301,17 @@ Id add_event(Connection& connection, Id session_id, std::string_view kind,
   return id;
 }
 
+void hold_clock(Connection& connection, Id session_id) {
+  Statement times(connection,
+                  "SELECT created_utc FROM session WHERE session_id = ?1 "
+                  "UNION ALL SELECT at_utc FROM session_event WHERE session_id = ?1 "
+                  "UNION ALL SELECT opened_utc FROM epoch WHERE session_id = ?1 "
+                  "UNION ALL SELECT coalesce(closed_utc, attempt.opened_utc) FROM attempt "
+                  "JOIN point USING (point_id) WHERE session_id = ?1");
+  times << session_id;
+  while (times.step()) not_before(times.text(0));
+}
+
 std::vector<Event> events(Connection& connection, Id session_id, Id after) {
   std::vector<Event> all;
   Statement rows(connection,

@@ -133,6 +133,10 @@ struct Event {
   std::string detail;
   std::string at_utc;
 };
+/// From here on utc_now() is not before anything that the session has stored: its times never go
+/// back, whatever was done to the computer's date since.
+void hold_clock(Connection& connection, Id session_id);
+
 /// In order; those after event `after`.
 std::vector<Event> events(Connection& connection, Id session_id, Id after = 0);
 

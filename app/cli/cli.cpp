@@ -61,13 +61,18 @@ Json error_json(ExitCode code, const ErrorText& text) {
   return object;
 }
 
+}  // namespace
+
 int fail(ExitCode code, const ErrorText& text, bool json) {
+  const auto replace = Json::error_handler_t::replace;
   const std::string line =
-      json ? error_json(code, text).dump(-1, ' ', false, Json::error_handler_t::replace)
+      json ? printable_json(error_json(code, text).dump(-1, ' ', false, replace))
            : "trammel: " + printable(describe(text));
   std::fputs((line + "\n").c_str(), stderr);  // one that is closed is no reason to abort
   return static_cast<int>(code);
 }
+
+namespace {
 
 std::string joined(const std::vector<std::string>& words, const char* between) {
   return fmt::format("{}", fmt::join(words, between));

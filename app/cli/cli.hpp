@@ -21,6 +21,9 @@ void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand
 /// stderr: one line for a person, one object {"schema": "trammel/error/1", …} with --json.
 int run_cli(const std::vector<std::string>& words, const std::vector<ProgramCommand>& commands);
 
+/// Says an error as the program does, and returns its exit code.
+int fail(ExitCode code, const ErrorText& text, bool json);
+
 struct ExitMeaning {
   ExitCode code;
   const char* kind;  // as in trammel/error/1

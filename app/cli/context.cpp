@@ -36,12 +36,14 @@ void Context::print(std::string_view text) const {
   write(stdout, columns ? folded(text, *columns) : std::string(text));
 }
 
-void Context::print_as_is(std::string_view text) const { write(stdout, text); }
+void Context::print_as_is(std::string_view text) const {
+  write(stdout, ::isatty(STDOUT_FILENO) == 1 ? printable(text, "\n\t") : std::string(text));
+}
 
 void Context::print(std::string_view command, const Json& fields) const {
   Json object = {{"schema", "trammel/" + std::string(command) + "/1"}};
   object.update(fields);
-  write(stdout, object.dump(2, ' ', false, Json::error_handler_t::replace));
+  write(stdout, printable_json(object.dump(2, ' ', false, Json::error_handler_t::replace)));
 }
 
 void Context::say(std::string_view text) const {

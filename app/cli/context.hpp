@@ -38,7 +38,7 @@ struct Context {
   /// Data: text as it is (a newline is added when missing), to stdout; on a terminal, lines that
   /// are longer go on at the next word.
   void print(std::string_view text) const;
-  /// Data that is a file's content: as it is, on a terminal too.
+  /// Data that is a file's content: as it is; on a terminal without what would act on it.
   void print_as_is(std::string_view text) const;
   /// Data with --json: one object, "schema" = "trammel/<command>/1" first.
   void print(std::string_view command, const Json& fields) const;

@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <condition_variable>
+#include <cstdlib>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "app/cli/cli.hpp"
 #include "app/files/csv.hpp"
 #include "app/files/numbers.hpp"
 #include "app/report/accuracy.hpp"
@@ -66,7 +71,8 @@ void print_json(store::Query& query, bool lines, const Context& context) {
     Json object = Json::object();
     for (std::size_t k = 0; k < keys.size(); ++k) object[keys[k]] = json_of((*row)[k]);
     if (lines) {
-      context.print_as_is(object.dump(-1, ' ', false, Json::error_handler_t::replace));
+      context.print_as_is(
+          printable_json(object.dump(-1, ' ', false, Json::error_handler_t::replace)));
     } else {
       rows.push_back(std::move(object));
     }
@@ -90,12 +96,36 @@ bool names_accuracy(std::string sql) {
   return sql.find("v_accuracy") != std::string::npos;
 }
 
+/// The time limit where SQLite doesn't look at it: one function of one row may take minutes, and
+/// nothing interrupts that. The process ends instead; it only reads.
+class HardLimit {
+ public:
+  HardLimit(std::chrono::milliseconds limit, const Context& context)
+      : thread_([limit, &context](const std::stop_token& ended) {
+          std::mutex mutex;
+          std::unique_lock lock(mutex);
+          std::condition_variable_any never;
+          never.wait_for(lock, ended, limit + kGrace, [] { return false; });
+          if (ended.stop_requested()) return;
+          std::_Exit(fail(ExitCode::storage,
+                          {.what = "the query took too long",
+                           .where = {.file = context.db()},
+                           .hint = "ask for less, or allow it more time (--timeout_s)"},
+                          context.json));
+        }) {}
+
+ private:
+  static constexpr std::chrono::milliseconds kGrace{500};  // in which SQLite should have ended it
+  std::jthread thread_;
+};
+
 }  // namespace
 
 ExitCode run_query(const QueryOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
   if (names_accuracy(options.sql)) store::provide(db, report::accuracy(db));
   const auto limit = std::chrono::milliseconds(static_cast<long>(options.timeout_s * 1000));
+  const HardLimit hard(limit, context);
   store::Query query(db, options.sql, limit);
   if (context.json && (options.csv || options.ndjson)) {
     throw UsageError({.what = "--json prints one object, --csv and --ndjson print others",

@@ -1,7 +1,7 @@
 #include "app/device/galil_wire.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "app/files/numbers.hpp"
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMaxAnswerBytes = 65'536;
 constexpr char kTextBit = '\x80';
-constexpr double kLargest = 2147483648.0;  // counts and operands are s32 [S]
+constexpr double kEnd = 2147483648.0;  // counts and operands are s32 [S]: from -kEnd to below kEnd
 
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r\n";
@@ -135,7 +135,7 @@ std::vector<double> GalilWire::ask_numbers(const std::string& line) {
   std::vector<double> numbers;
   for (const std::string& value : ask(line)) {
     const auto number = parse_number(value);
-    if (!number || std::abs(*number) > kLargest) {
+    if (!number || *number < -kEnd || *number >= kEnd) {
       nonsense("no number of a Galil is the answer to " + line, value);
     }
     numbers.push_back(*number);

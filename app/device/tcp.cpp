@@ -76,7 +76,9 @@ int connect_to(const addrinfo& address, Deadline deadline, int& socket_fd) {
 
 Deadline in_s(double seconds) {
   using namespace std::chrono;
-  return steady_clock::now() + duration_cast<steady_clock::duration>(duration<double>(seconds));
+  constexpr double kMostS = 1e9;
+  const duration<double> away(std::clamp(seconds, -kMostS, kMostS));
+  return steady_clock::now() + duration_cast<steady_clock::duration>(away);
 }
 
 TcpLink::TcpLink(Endpoint to, Deadline deadline) : to_(std::move(to)) {

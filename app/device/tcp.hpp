@@ -10,6 +10,7 @@
 namespace trammel::device {
 
 using Deadline = std::chrono::steady_clock::time_point;
+/// So many seconds from now; thirty years where it is more, which the clock can still count.
 Deadline in_s(double seconds);
 
 struct Endpoint {

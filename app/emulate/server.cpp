@@ -15,6 +15,7 @@
 #include <cstring>
 #include <utility>
 
+#include "app/device/tcp.hpp"
 #include "core/error.hpp"
 
 namespace trammel::emulate {
@@ -116,7 +117,7 @@ void receive_some(Connection& c) {
   if (n < 0) c.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
   if (n <= 0) return;
   for (Answer& answer : c.conversation->receive({buffer, static_cast<std::size_t>(n)})) {
-    const auto at = Steady::now() + std::chrono::duration_cast<Steady::duration>(answer.after);
+    const auto at = device::in_s(answer.after.count());
     const auto before = std::upper_bound(
         c.due.begin(), c.due.end(), at,
         [](Steady::time_point time, const Connection::Due& other) { return time < other.at; });

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -41,6 +42,26 @@ void sync_folder(const std::filesystem::path& folder) {
   ::close(descriptor);
 }
 
+/// What is opened is closed.
+struct Descriptor {
+  explicit Descriptor(int n) : number(n) {}
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number;
+};
+
+bool is_pipe(int descriptor) {
+  struct stat is = {};
+  return ::fstat(descriptor, &is) == 0 && S_ISFIFO(is.st_mode);
+}
+
+// How long a pipe may have nobody at its other end, and how long somebody there may be silent.
+constexpr int kWriterMs = 2'000;
+constexpr int kSilenceMs = 60'000;
+
 }  // namespace
 
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) {
@@ -52,19 +73,30 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
     throw InputError(
         {.what = "this is a folder", .where = {.file = path.string()}, .expected = "a file"});
   }
-  std::ifstream in(path, std::ios::binary);
+  const Descriptor in(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   std::string content;
   content.reserve(4096);
-  for (char block[65536]; in.read(block, sizeof block) || in.gcount() > 0;) {
-    content.append(block, static_cast<std::size_t>(in.gcount()));
+  for (char block[65536];;) {
+    const ssize_t n = ::read(in.number, block, sizeof block);
+    if (n > 0) content.append(block, static_cast<std::size_t>(n));
     if (content.size() > max_bytes) {
       throw InputError({.what = "the file is too large",
                         .where = {.file = path.string()},
                         .expected = "at most " + std::to_string(max_bytes) + " bytes"});
     }
-  }
-  if (in.bad() || !in.eof()) {
-    throw InputError({.what = "could not read the file", .where = {.file = path.string()}});
+    if (n > 0 || (n < 0 && errno == EINTR)) continue;
+    const bool silent = n < 0 && errno == EAGAIN;
+    if (n < 0 && !silent) {
+      throw InputError({.what = "could not read the file", .where = {.file = path.string()}});
+    }
+    if (!silent && (!content.empty() || !is_pipe(in.number))) break;
+    pollfd end{in.number, POLLIN, 0};
+    if (::poll(&end, 1, silent ? kSilenceMs : kWriterMs) == 0) {
+      throw InputError({.what = "nothing comes out of this pipe",
+                        .where = {.file = path.string()},
+                        .expected = "a file, or a pipe that another program writes into"});
+    }
+    if ((end.revents & POLLIN) == 0) break;  // who was there is gone
   }
   return content;
 }
@@ -193,6 +225,18 @@ void write_output(const std::filesystem::path& given, std::string_view content, 
     ::unlink(temporary.c_str());
     refuse_writing(path, error);
   }
+  sync_folder(path.has_parent_path() ? path.parent_path() : ".");
+}
+
+void reserve_room(const std::filesystem::path& path, std::size_t n_bytes) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor < 0) refuse_writing(path, errno);
+  const auto n = static_cast<off_t>(n_bytes);
+  int error = ::fallocate(descriptor, FALLOC_FL_KEEP_SIZE, 0, n) == 0 ? 0 : errno;
+  if (error == EOPNOTSUPP || error == ENOSYS) error = 0;
+  if (error == 0 && ::fsync(descriptor) != 0) error = errno;
+  ::close(descriptor);
+  if (error != 0) refuse_writing(path, error);
   sync_folder(path.has_parent_path() ? path.parent_path() : ".");
 }
 

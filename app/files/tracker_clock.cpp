@@ -99,8 +99,8 @@ std::optional<ClockReading> parse_clock(std::string_view text) {
   clock.first = clock.iso ? v[1] : v[0];
   clock.second = clock.iso ? v[2] : v[1];
   if (!clock.iso && date->digits[2] == 2) clock.year += 2000;
-  if (clock.year < 1970 || clock.first < 1 || clock.first > 31 || clock.second < 1 ||
-      clock.second > 31) {
+  if (clock.year < 1970 || clock.year > 2200 || clock.first < 1 || clock.first > 31 ||
+      clock.second < 1 || clock.second > 31) {
     return std::nullopt;
   }
   return clock;

@@ -8,6 +8,7 @@
 #include <netinet/in.h>
 #include <signal.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <array>
@@ -50,6 +51,15 @@ int port_of(evconnlistener* listener) {
   return ntohs(address.sin_port);
 }
 
+/// A connection takes a handle until its client has asked or its patience is over. Those of a
+/// thousand clients who never ask must not be all there are: as many as this user may have.
+void allow_many_handles() {
+  rlimit handles{};
+  if (::getrlimit(RLIMIT_NOFILE, &handles) != 0) return;
+  handles.rlim_cur = handles.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &handles);
+}
+
 /// A client that has gone away is no reason to end.
 void block_broken_pipes() {
   sigset_t pipe;
@@ -81,6 +91,7 @@ struct HttpServer::Loop {
                                      .got = std::to_string(wanted_port),
                                      .expected = "one that is free; 0 finds one"});
     }
+    allow_many_handles();
     port = port_of(listener);
     evconnlistener_set_error_cb(listener, [](evconnlistener*, void*) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));  // until handles are free again

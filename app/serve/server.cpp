@@ -57,7 +57,7 @@ Json page_now(const Options& options) {
 }
 
 std::string text_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return report::printable_texts(json).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string live_page(const Options& options) {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace trammel::session {
@@ -31,22 +30,20 @@ nlohmann::ordered_json base_check_json(const BaseCheck& check) {
           {"moved", check.moved},       {"off", check.off}};
 }
 
-BaseCheck read_base_check(const std::string& text) {
+std::optional<BaseCheck> read_base_check(const std::string& text) {
   try {
     const auto json = nlohmann::json::parse(text);
     const auto number = [&json](const char* key) { return json.at(key).get<double>(); };
-    return {.after = json.at("after").get<int>(),
-            .nest = json.at("nest").get<std::string>(),
-            .moved_mm = number("moved_mm"),
-            .chance_mm = number("chance_mm"),
-            .gate_mm = number("gate_mm"),
-            .shift = {number("x_mm"), number("y_mm"), rad_from_deg(number("phi_deg"))},
-            .moved = json.at("moved").get<bool>(),
-            .off = json.at("off").get<bool>()};
-  } catch (const nlohmann::json::exception& error) {
-    throw StoreError({.what = "a stored look at the base nests cannot be read",
-                      .where = {.field = "session_event"},
-                      .got = error.what()});
+    return BaseCheck{.after = json.at("after").get<int>(),
+                     .nest = json.at("nest").get<std::string>(),
+                     .moved_mm = number("moved_mm"),
+                     .chance_mm = number("chance_mm"),
+                     .gate_mm = number("gate_mm"),
+                     .shift = {number("x_mm"), number("y_mm"), rad_from_deg(number("phi_deg"))},
+                     .moved = json.at("moved").get<bool>(),
+                     .off = json.at("off").get<bool>()};
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
   }
 }
 

@@ -2,6 +2,7 @@
 // Whether the tracker's base nests are where they were when its frame was registered.
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "core/measure/base_frame.hpp"
@@ -29,7 +30,7 @@ std::string words_of(const BaseCheck& check);
 
 /// {"after", "nest", "moved_mm", "chance_mm", "gate_mm", "x_mm", "y_mm", "phi_deg", "moved", "off"}
 nlohmann::ordered_json base_check_json(const BaseCheck& check);
-/// Throws StoreError for what base_check_json did not write.
-BaseCheck read_base_check(const std::string& json);
+/// Nothing for what base_check_json did not write.
+std::optional<BaseCheck> read_base_check(const std::string& json);
 
 }  // namespace trammel::session

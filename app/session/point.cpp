@@ -19,6 +19,9 @@ using Cause = Failure::Cause;
 
 constexpr std::uint64_t kReadingsPerSession = 10'000'000;
 constexpr double kBeamPollS = 1;
+// Between two looks at the database by its name. A point adds some 10 pages to the log, which
+// SQLite itself would leave there up to 1000.
+constexpr int kPointsPerCheckpoint = 16;
 
 constexpr double kFollowingMm = 0.5;  // of a stage that does not say
 
@@ -209,11 +212,14 @@ Failure Runner::try_point(const PlannedPoint& point, store::NewReading& stored) 
   return look_for_step(stored);
 }
 
-/// Readings and attempt = ok in one transaction. Returns the reading's number.
+/// Readings and attempt = ok in one transaction, in the database that was opened: only then is it
+/// stored. Returns the reading's number.
 int Runner::commit(const Task& task, store::Id attempt, const store::NewReading& reading) {
   const std::string walk = task.walks ? trail_ + " > " + name_of(State::stored) : "";
   try {
-    return store::finish_attempt(connection_, attempt, {reading}, walk).front();
+    const int seq = store::finish_attempt(connection_, attempt, {reading}, walk).front();
+    place_.require_same();
+    return seq;
   } catch (const StoreError& error) {
     static_cast<void>(hands_.stop());  // motion first, then the record
     const auto file = side_file(connection_.file(), course_.campaign.uuid);
@@ -323,6 +329,10 @@ bool Runner::measure_point(const PlannedPoint& point) {
   ++n_stored_;
   ++since_visit_;
   ++since_base_;
+  if (n_stored_ % kPointsPerCheckpoint == 0) {
+    store::checkpoint(connection_);
+    static_cast<void>(found_by_name());
+  }
   if (surroundings_.stored) surroundings_.stored(n_stored_);
   progress_->stored(deviation_mm(stored.reading));
   return true;

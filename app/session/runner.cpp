@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "store/open.hpp"
 
 namespace trammel::session {
 
@@ -43,6 +44,7 @@ std::vector<Displacements> planned_commands(const Plan& plan, const Mechanism& m
 Runner::Runner(store::Connection& connection, std::shared_ptr<device::Devices> devices,
                const Course& course, const Surroundings& surroundings)
     : connection_(connection),
+      place_(connection),
       devices_(std::move(devices)),
       course_(course),
       surroundings_(surroundings),
@@ -141,6 +143,7 @@ Outcome Runner::walk_on(bool resuming, bool new_set_up) {
                     static_cast<int>(course_.plan.points.size()));
   while (set_up(resuming, new_set_up)) {
     advance(Event::set_up);
+    store::checkpoint(connection_);  // the plan
     measure_open(resuming);
     if (state_ != State::paused || !wait_while_paused()) break;
     resuming = true;
@@ -196,14 +199,35 @@ bool Runner::wait_while_paused() {
   }
 }
 
+/// Points of the session that are ok for whoever opens the database by its name now. Throws
+/// StoreError where that is not the database of this runner, to the last reading.
+int Runner::found_by_name() const {
+  store::Connection fresh = store::open(connection_.file(), store::Access::read_only);
+  const auto campaign = store::find_campaign(fresh, course_.campaign.uuid);
+  const auto session =
+      campaign ? store::find_session(fresh, campaign->id, course_.session.name) : std::nullopt;
+  if (!session || store::chain_head(fresh, campaign->id) !=
+                      store::chain_head(connection_, course_.campaign.id)) {
+    throw StoreError({.what = "the database does not hold the readings of this session",
+                      .where = {.file = connection_.file().string()},
+                      .got = session ? "other readings" : "no such session",
+                      .expected = "nobody restores or overwrites it while it is written",
+                      .hint = "run `trammel db verify`, and see what happened to the file"});
+  }
+  return session->n_ok;
+}
+
+/// Done is what another process would find.
 void Runner::count() {
-  const store::SessionRow row = store::get_session(connection_, course_.session.id);
-  if (row.n_ok != row.n_points) {
-    return fail(fmt::format("{} of {} points are stored", row.n_ok, row.n_points),
-                ExitCode::storage);
+  place_.require_same();
+  store::checkpoint(connection_);
+  const int n_ok = found_by_name();
+  const int n_points = static_cast<int>(course_.plan.points.size());
+  if (n_ok != n_points) {
+    return fail(fmt::format("{} of {} points are stored", n_ok, n_points), ExitCode::storage);
   }
   advance(Event::counted);
-  note("done", fmt::format("{} points", row.n_ok));
+  note("done", fmt::format("{} points", n_ok));
 }
 
 }  // namespace trammel::session

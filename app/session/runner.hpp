@@ -14,6 +14,7 @@
 #include "app/session/wishes.hpp"
 #include "app/terminal/progress.hpp"
 #include "store/campaign.hpp"
+#include "store/place.hpp"
 
 namespace trammel::session {
 
@@ -72,6 +73,7 @@ class Runner {
   [[nodiscard]] bool wait_while_paused();
   void measure_open(bool resuming);
   void learn_stored();
+  [[nodiscard]] int found_by_name() const;
   void count();
   [[nodiscard]] Outcome outcome() const;
 
@@ -111,6 +113,7 @@ class Runner {
   void pass(double seconds, Wish until = Wish::stop);
 
   store::Connection& connection_;
+  store::Place place_;
   std::shared_ptr<device::Devices> devices_;
   const Course& course_;
   const Surroundings& surroundings_;

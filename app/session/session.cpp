@@ -220,6 +220,15 @@ void take_in(store::Connection& connection, const store::CampaignRow& campaign) 
                             "`; move the file away to go on without it"});
 }
 
+/// Whoever holds the campaign's lock knows that no other runner is alive: what is open was left by
+/// one that died, in the session itself or while it looked at its reference points.
+void close_what_is_open(store::Connection& connection, store::Id campaign) {
+  for (const store::SessionName& session : store::session_names(connection, campaign)) {
+    store::hold_clock(connection, session.id);
+    store::interrupt_open_attempts(connection, session.id, "the runner ended before it was closed");
+  }
+}
+
 /// The plan's own time goes on where it ended; that of the world has passed by itself.
 double start_s(store::Connection& connection, const Course& course,
                const device::Devices& devices) {
@@ -282,6 +291,7 @@ Outcome run(store::Connection& connection, const Request& request,
   const CampaignLock lock(connection.file(), course.campaign.uuid);
   if (!devices->controller.empty()) alone.emplace(devices->controller);
   take_in(connection, course.campaign);
+  const SideRoom room(side_file(connection.file(), course.campaign.uuid));
   const auto sessions = store::list_sessions(connection, course.campaign.id);
   course.settings = settings_after(sessions, request, *devices);
   course.settings.plan_sha256 = looked.plan_sha256;
@@ -322,8 +332,8 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
   if (looked.refused()) return looked;
   course.correction = correction_of(connection, course.session.compensation_job, surroundings);
   devices->clock->start(course.plan, start_s(connection, course, *devices));
-  store::interrupt_open_attempts(connection, course.session.id,
-                                 "the runner ended before it was closed");
+  close_what_is_open(connection, owner.id);
+  const SideRoom room(side_file(connection.file(), owner.uuid));
   Outcome outcome = Runner(connection, devices, course, surroundings).walk(true, false);
   outcome.estimated_s = looked.estimated_s;
   outcome.plan_sha256 = looked.plan_sha256;

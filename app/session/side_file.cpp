@@ -19,6 +19,9 @@ using SideJson = nlohmann::json;  // keys are sorted: the digest needs one order
 
 constexpr const char* kSchema = "trammel/unsaved-reading/1";
 constexpr std::size_t kMaxSideBytes = 256'000'000;
+// One line: a session ends with the first reading that is kept aside. Three answers of at most 4
+// KiB each, six times that where every byte is escaped, and the numbers.
+constexpr std::size_t kRoomBytes = 128 * 1024;
 
 std::string digest_of(const SideJson& json) {
   return store::hex((store::Digest() << json.dump()).finish());
@@ -144,6 +147,7 @@ void take(store::Connection& connection, const store::CampaignRow& campaign,
   }
   ++recovery.n_taken;
   if (dry) return;
+  store::hold_clock(connection, session->id);
   store::Transaction transaction(connection);
   store::finish_attempt(connection, attempt_for(connection, session->id, line), {line.reading});
   store::add_event(connection, session->id, "recovered",
@@ -162,6 +166,15 @@ void take(store::Connection& connection, const store::CampaignRow& campaign,
 
 std::filesystem::path side_file(const std::filesystem::path& database, const std::string& uuid) {
   return std::filesystem::weakly_canonical(database).string() + "." + uuid + ".unsaved.jsonl";
+}
+
+SideRoom::SideRoom(const std::filesystem::path& side_file) : file_(side_file) {
+  reserve_room(file_, kRoomBytes);
+}
+
+SideRoom::~SideRoom() {
+  std::error_code error;
+  if (std::filesystem::file_size(file_, error) == 0) std::filesystem::remove(file_, error);
 }
 
 void keep_aside(const std::filesystem::path& file, const UnsavedReading& reading) {

@@ -26,6 +26,20 @@ std::filesystem::path side_file(const std::filesystem::path& database,
 /// returned. Numbers read back bit for bit. Throws StoreError when it can't be written either.
 void keep_aside(const std::filesystem::path& file, const UnsavedReading& reading);
 
+/// Room for the side file while a session runs: a disk that is full when a reading must be kept
+/// aside was not when the session began. A file that nothing was added to goes with it.
+class SideRoom {
+ public:
+  /// Throws StoreError where there is no room now: then nothing should begin to move.
+  explicit SideRoom(const std::filesystem::path& side_file);
+  ~SideRoom();
+  SideRoom(const SideRoom&) = delete;
+  SideRoom& operator=(const SideRoom&) = delete;
+
+ private:
+  std::filesystem::path file_;
+};
+
 struct Recovery {
   int n_lines = 0;
   int n_taken = 0;  // are in the database now, read back and compared
@@ -37,7 +51,7 @@ struct Recovery {
 /// open for it; compares what is stored with the file, then removes the file. A line that was cut
 /// off while it was written was never acknowledged and is left out. The caller holds the campaign's
 /// lock. `dry`: only says what would be done.
-/// Proof: side_file_test.cpp (a disk that fails at each operation).
+/// Proof: side_file_test.cpp (a disk that fails at each operation, and one that is full).
 Recovery recover(store::Connection& connection, const store::CampaignRow& campaign,
                  bool dry = false);
 

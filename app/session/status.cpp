@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <chrono>
 #include <cmath>
 
 #include "app/files/numbers.hpp"
@@ -19,25 +17,16 @@ namespace {
 constexpr double kLeastStallS = 60;
 constexpr double kStallPoints = 5;  // of the usual time per point
 
-int digits(const std::string& text, std::size_t at, std::size_t n) {
-  int value = -1;
-  if (at + n <= text.size()) std::from_chars(text.data() + at, text.data() + at + n, value);
-  return value;
+/// Between two times as the store writes them; nothing where one is none. A stranger's row may hold
+/// any text: what is no time is left out.
+std::optional<double> seconds_between(const std::string& from_utc, const std::string& to_utc) {
+  const auto from = store::utc_ms(from_utc), to = store::utc_ms(to_utc);
+  if (!from || !to) return std::nullopt;
+  return static_cast<double>(*to - *from) / 1000;
 }
 
-/// "2026-11-27T14:04:51.123Z" as milliseconds since 1970.
-std::int64_t milliseconds(const std::string& utc) {
-  using namespace std::chrono;
-  const int y = digits(utc, 0, 4), mo = digits(utc, 5, 2), d = digits(utc, 8, 2);
-  const int h = digits(utc, 11, 2), mi = digits(utc, 14, 2), s = digits(utc, 17, 2);
-  const int ms = utc.size() > 20 ? digits(utc, 20, 3) : 0;
-  const year_month_day date{year(y), month(static_cast<unsigned>(mo)),
-                            day(static_cast<unsigned>(d))};
-  if (y < 0 || h < 0 || mi < 0 || s < 0 || ms < 0 || !date.ok()) {
-    throw StoreError({.what = "a stored time cannot be read", .got = utc});
-  }
-  const std::int64_t days = sys_days(date).time_since_epoch().count();
-  return ((days * 24 + h) * 60 + mi) * 60'000 + s * 1000 + ms;
+void take_time(std::string& last_utc, const std::string& utc) {
+  if (store::utc_ms(utc)) last_utc = std::max(last_utc, utc);
 }
 
 std::string class_of(const std::string& detail) {
@@ -55,7 +44,7 @@ std::optional<double> time_per_point(const std::vector<store::Attempt>& attempts
   std::string before;
   for (const store::Attempt& a : attempts) {
     if (a.status != "ok") continue;
-    if (!before.empty()) gaps.push_back(seconds_between(before, a.closed_utc));
+    if (const auto gap = seconds_between(before, a.closed_utc)) gaps.push_back(*gap);
     before = a.closed_utc;
   }
   if (gaps.empty()) return std::nullopt;
@@ -69,7 +58,8 @@ std::optional<double> time_per_point(const std::vector<store::Attempt>& attempts
 void take_attempts(const std::vector<store::Attempt>& attempts, SessionStatus& status) {
   for (const store::Attempt& a : attempts) {
     status.epoch = std::max(status.epoch, a.epoch);
-    status.last_utc = std::max({status.last_utc, a.opened_utc, a.closed_utc});
+    take_time(status.last_utc, a.opened_utc);
+    take_time(status.last_utc, a.closed_utc);
     if (a.status == "failed") ++status.retries[class_of(a.detail)];
     if (a.status == "interrupted") ++status.n_interrupted;
   }
@@ -78,12 +68,13 @@ void take_attempts(const std::vector<store::Attempt>& attempts, SessionStatus& s
 
 void take_events(const std::vector<store::Event>& events, const store::SessionRow& row,
                  SessionStatus& status) {
-  if (!events.empty()) status.started_utc = events.front().at_utc;
   for (const store::Event& event : events) {
-    status.last_utc = std::max(status.last_utc, event.at_utc);
+    if (status.started_utc.empty()) take_time(status.started_utc, event.at_utc);
+    take_time(status.last_utc, event.at_utc);
     if (event.kind == row.last_event) status.detail = event.detail;
-    if (event.kind == kBaseEvent) {
-      status.base.push_back({event.at_utc, read_base_check(event.detail)});
+    if (event.kind != kBaseEvent) continue;
+    if (const auto check = read_base_check(event.detail)) {
+      status.base.push_back({event.at_utc, *check});
     }
   }
 }
@@ -135,8 +126,10 @@ void take_drift(store::Connection& connection, const store::SessionRow& visit, c
   for (const store::Attempt& a : attempts) by_id[a.id] = &a;
   for (const store::StoredReading& r : store::readings(connection, visit.campaign_id, {visit.id})) {
     if (!r.attempt_id || !r.data.reading.measured) continue;
-    const store::Attempt& a = *by_id.at(*r.attempt_id);
-    status.last_utc = std::max(status.last_utc, a.closed_utc);
+    const auto attempt = by_id.find(*r.attempt_id);
+    if (attempt == by_id.end()) continue;
+    const store::Attempt& a = *attempt->second;
+    take_time(status.last_utc, a.closed_utc);
     if (!to.contains(a.point_seq) || !first.contains(to[a.point_seq])) continue;
     const int point = to[a.point_seq];
     const Eigen::Vector3d d = off(*r.data.reading.measured, first.at(point));
@@ -154,8 +147,9 @@ std::string state_of(const store::SessionRow& row, bool running) {
 }
 
 void judge_time(SessionStatus& status) {
-  if (status.last_utc.empty()) return;
-  status.silent_s = std::max(0.0, seconds_between(status.last_utc, status.now_utc));
+  const auto silent_s = seconds_between(status.last_utc, status.now_utc);
+  if (!silent_s) return;
+  status.silent_s = std::max(0.0, *silent_s);
   const double usual_s = status.seconds_per_point.value_or(0);
   status.stall_after_s = std::max(kLeastStallS, kStallPoints * usual_s);
   status.stalled = status.state == "running" && status.silent_s > status.stall_after_s;
@@ -166,10 +160,6 @@ void judge_time(SessionStatus& status) {
 }
 
 }  // namespace
-
-double seconds_between(const std::string& from_utc, const std::string& to_utc) {
-  return static_cast<double>(milliseconds(to_utc) - milliseconds(from_utc)) / 1000;
-}
 
 SessionStatus status_of(store::Connection& connection, const store::CampaignRow& campaign,
                         const std::string& session, std::optional<int> process,

@@ -65,7 +65,8 @@ struct SessionStatus {
 };
 
 /// `process`: who holds the campaign's lock (lock.hpp); `now_utc`: empty for now. Throws
-/// NotFoundError for a session that is not there.
+/// NotFoundError for a session that is not there. What of its rows is no time, or no look at base
+/// nests, is left out: no row hides the others.
 SessionStatus status_of(store::Connection& connection, const store::CampaignRow& campaign,
                         const std::string& session, std::optional<int> process,
                         const std::string& now_utc = {});
@@ -81,8 +82,5 @@ nlohmann::ordered_json status_json(const SessionStatus& status);
 /// A screenful for a terminal, lines ended by \n; nothing of a file or device in it that a terminal
 /// would act on. `width` in characters.
 std::string status_text(const SessionStatus& status, int width = 80);
-
-/// Seconds between two times as the store writes them. Throws StoreError for what is no time.
-double seconds_between(const std::string& from_utc, const std::string& to_utc);
 
 }  // namespace trammel::session

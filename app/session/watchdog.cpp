@@ -6,6 +6,8 @@
 #include <mutex>
 #include <utility>
 
+#include "app/device/tcp.hpp"
+
 namespace trammel::session {
 
 struct Watchdog::Shared {
@@ -56,7 +58,7 @@ Watchdog::~Watchdog() {
 bool Watchdog::run(Seconds deadline, std::function<void()> call,
                    const std::function<void()>& meanwhile) {
   using Clock = std::chrono::steady_clock;
-  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(deadline);
+  const auto end = device::in_s(deadline.count());
   const auto tick = std::chrono::duration_cast<Clock::duration>(kTick);
   std::unique_lock lock(shared_->mutex);
   if (shared_->hangs) return false;

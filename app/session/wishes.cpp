@@ -20,6 +20,7 @@ constexpr std::array<Kind, 4> kKinds = {{{Wish::go_on, "go on asked"},
 }  // namespace
 
 void ask(store::Connection& connection, store::Id session, Wish wish) {
+  store::hold_clock(connection, session);
   for (const Kind& k : kKinds) {
     if (k.wish == wish) store::add_event(connection, session, k.kind);
   }

@@ -18,6 +18,8 @@ void require(bool ok, const std::string& field, const std::string& got,
                     .expected = expected});
 }
 
+constexpr double kMostMeasureS = 24 * 3600;  // dates of many readings are still dates
+
 void finite(double value, const std::string& field) {
   require(std::isfinite(value), field, std::to_string(value), "a finite number");
 }
@@ -113,6 +115,8 @@ void check(const Truth& truth) {
   positive(truth.motion.speed_mm_s, "motion.speed_mm_s");
   not_negative(truth.motion.settle_s, "motion.settle_s");
   not_negative(truth.motion.measure_s, "motion.measure_s");
+  require(truth.motion.measure_s <= kMostMeasureS, "motion.measure_s",
+          std::to_string(truth.motion.measure_s), "at most a day");
 }
 
 }  // namespace trammel::simulate

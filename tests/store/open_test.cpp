@@ -93,6 +93,12 @@ TEST_CASE("a stranger's trigger or view in a database is refused by its name", "
     CHECK_THROWS_WITH(store::open(folder.file("lab.db"), Access::read_only),
                       Contains("reading_update"));
   }
+  SECTION("an index of a table of ours, which hides rows from whoever asks by it") {
+    raw(folder.file("lab.db")).execute("CREATE INDEX trap ON reading (seq) WHERE seq < 2");
+    CHECK_THROWS_WITH(store::open(folder.file("lab.db"), Access::write), Contains("index trap"));
+    CHECK_THROWS_WITH(store::open(folder.file("lab.db"), Access::read_only),
+                      Contains("index trap"));
+  }
   SECTION("a table and an index of the user's own do no harm") {
     raw(folder.file("lab.db")).execute("CREATE TABLE notes (t TEXT); CREATE INDEX n ON notes (t)");
     CHECK_NOTHROW(store::open(folder.file("lab.db"), Access::read_only));

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "app/report/page/page.hpp"
+#include "app/terminal/text.hpp"
 #include "store/digest.hpp"
 
 extern "C" {
@@ -97,7 +98,16 @@ std::string script_json(const Json& json) {
   return out;
 }
 
-std::string page_html(const Json& page) {
+Json printable_texts(Json json) {
+  if (json.is_string()) return terminal::printable(json.get_ref<const std::string&>(), "\n\t");
+  if (json.is_structured()) {
+    for (Json& value : json) value = printable_texts(std::move(value));
+  }
+  return json;
+}
+
+std::string page_html(const Json& given) {
+  const Json page = printable_texts(given);
   const std::string_view text(trammel_page_template, trammel_page_template_end);
   const std::string_view style(trammel_page_style, trammel_page_style_end);
   const std::string_view script(trammel_page_script, trammel_page_script_end);

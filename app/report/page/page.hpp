@@ -19,6 +19,9 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
 /// with hostile names (page_test.mjs).
 std::string page_html(const Json& page);
 
+/// `json` with all its texts as terminal::printable, their lines and tabs kept.
+Json printable_texts(Json json);
+
 /// `json` as text that stands inside a script element: '<', '>', '&' and the line separators U+2028
 /// and U+2029 as \u escapes.
 std::string script_json(const Json& json);

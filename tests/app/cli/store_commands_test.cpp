@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/in_process.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/program.hpp"
 
 using namespace trammel;
 using trammel::test::TempFolder;
@@ -92,6 +94,29 @@ TEST_CASE("query answers as text, CSV, JSON and NDJSON, and changes nothing", "[
                      "SELECT count(*) FROM n",
                      "--timeout_s", "0.1"})
             .exit_code == 8);
+}
+
+TEST_CASE("a question's time holds inside a single step of SQLite too", "[cli]") {
+  const TempFolder folder;
+  fill(folder);
+  struct Question {
+    const char* sql;
+    const char* says;
+  };
+  for (const Question& question :
+       {Question{"SELECT printf('%.120000000c', 'a') LIKE '%a%a%a%a%b'", "too large"},
+        {"SELECT printf('%.10000000c', 'a') LIKE printf('%.20000c', '%a')", "too complex"},
+        {"SELECT instr(zeroblob(16000000), CAST(zeroblob(8000000) || x'01' AS BLOB))",
+         "too long"}}) {
+    CAPTURE(question.sql);
+    const auto begun = std::chrono::steady_clock::now();
+    const auto answer = tests::run_program(
+        {"query", question.sql, "--timeout_s", "0.3", "--db", folder.file("lab.db").string()},
+        folder.path());
+    CHECK(answer.exit_code != 0);
+    CHECK_THAT(answer.err, Contains(question.says));
+    CHECK(std::chrono::steady_clock::now() - begun < std::chrono::seconds(5));
+  }
 }
 
 TEST_CASE("text that a spreadsheet or a terminal would act on is made harmless in a query",

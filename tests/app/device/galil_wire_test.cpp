@@ -113,6 +113,8 @@ TEST_CASE("questions in one line get one answer each", "[device][galil]") {
   server->on("MG _BGA;TPA;SCA", " 1.0000\r\n:-40960\r\n: 0\r\n:");
   GalilWire wire({"127.0.0.1", server->port()}, kConnectS, kReplyS);
   CHECK(wire.ask_numbers("MG _BGA;TPA;SCA") == std::vector<double>{1, -40960, 0});
+  server->on("TPA;TPB", " 2147483647\r\n:-2147483648\r\n:");
+  CHECK(wire.ask_numbers("TPA;TPB") == std::vector<double>{2147483647, -2147483648});
 }
 
 TEST_CASE("what is no whole answer in time is a lost one", "[device][galil]") {
@@ -130,6 +132,8 @@ TEST_CASE("what is no whole answer in time is a lost one", "[device][galil]") {
                            {{"what?\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
                            {{" 1e308\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
                            {{" 4294967296\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
+                           {{" 2147483648\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
+                           {{"-2147483649\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
                            {{"-\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
                            {{"nan\r\n:1\r\n:"}, LinkError::Kind::nonsense, "no number"},
                            {{"?"}, LinkError::Kind::nonsense, "refuses"}}) {

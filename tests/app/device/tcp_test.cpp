@@ -80,6 +80,13 @@ TEST_CASE("nobody at a port, or a host without an address, is no connection", "[
   }
 }
 
+TEST_CASE("a wait beyond what the clock counts is a long one", "[device][tcp]") {
+  const auto now = std::chrono::steady_clock::now();
+  for (const double seconds : {1e9, 1e10, 1e300})
+    CHECK(in_s(seconds) > now + std::chrono::years(30));
+  CHECK(in_s(-1e300) < now);
+}
+
 TEST_CASE("signals while waiting neither end nor lengthen the wait", "[device][tcp]") {
   tests::ScriptedServer server("\n");
   server.on("go", {{"late", false, 0.1}});

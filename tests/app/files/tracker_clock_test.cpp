@@ -29,8 +29,9 @@ TEST_CASE("times of SpatialAnalyzer, Leica and ISO 8601 are read, others are non
   const auto iso = parse_clock("2022-10-11T15:06:48");
   REQUIRE(iso);
   CHECK(clock_s(*iso, DateOrder::day_first) == 1665500808);
-  for (const char* none : {"", "16:40:57", "02/12/25", "2/30", "1.2.3 4:5", "99/99/25 10:00:00",
-                           "02/12/25 25:00:00", "-1/2/25 10:00:00", "02/12/25 10:00:00x"}) {
+  for (const char* none :
+       {"", "16:40:57", "02/12/25", "2/30", "1.2.3 4:5", "99/99/25 10:00:00", "02/12/25 25:00:00",
+        "-1/2/25 10:00:00", "02/12/25 10:00:00x", "02/12/1969 10:00:00", "02/12/2201 10:00:00"}) {
     CAPTURE(none);
     CHECK_FALSE(parse_clock(none));
   }

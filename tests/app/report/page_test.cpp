@@ -153,6 +153,16 @@ TEST_CASE("JSON inside a script element can neither end it nor begin a comment",
   CHECK_THAT(html, Contains("&lt;/title&gt;&lt;script&gt;alert(1)") &&
                        Contains("&quot;&#39;&lt;img src=x&gt;@DATA@") &&
                        Contains("<div class=\"simulated\">SIMULATED</div>"));
+  page["campaign"] =
+      "a\u202Eb\xc2\x9b"
+      "c";
+  page["sections"] = {{{"text", "d\u2066e\nf\u200F"}}};
+  const std::string turned = report::page_html(page);
+  CHECK_THAT(turned, Contains("Campaign a?b?c") && Contains("\"d?e\\nf?\""));
+  for (const char* sign :
+       {"\u202E", "\u2066", "\u200F", "\xc2\x9b", "\\u202e", "\\u2066", "\\u200f", "\\u009b"}) {
+    CHECK_THAT(turned, !Contains(sign));
+  }
   page["kind"] = "real";
   CHECK(report::page_html(page).find(">SIMULATED<") == std::string::npos);
 }

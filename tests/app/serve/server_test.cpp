@@ -1,6 +1,9 @@
 #include "app/serve/server.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,6 +15,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/json_schema.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/skip.hpp"
 #include "tests/support/temporary.hpp"
 
 using namespace trammel;
@@ -207,6 +211,27 @@ TEST_CASE("clients that are slow, go away or send too much keep no other from it
   for (int k = 0; k < 16; ++k) endless += "X: " + std::string(1 << 10, 'x') + "\r\n";
   CHECK(client.send(endless).status >= 400);
   CHECK(client.get(status).status == 200);
+}
+
+TEST_CASE("a thousand clients who never ask keep nobody from an answer", "[serve]") {
+  constexpr int kClients = 1100;  // both ends of each connection are of this process
+  rlimit handles{};
+  REQUIRE(::getrlimit(RLIMIT_NOFILE, &handles) == 0);
+  if (handles.rlim_max < 3 * kClients)
+    return tests::skip("no more than " + std::to_string(handles.rlim_max) + " handles");
+  handles.rlim_cur = 1024;  // as most systems begin
+  REQUIRE(::setrlimit(RLIMIT_NOFILE, &handles) == 0);
+  const serve::Server server(options());
+  const Client client(server);
+  std::vector<std::unique_ptr<device::TcpLink>> silent;
+  for (int k = 0; k < kClients; ++k) {
+    silent.push_back(std::make_unique<device::TcpLink>(device::Endpoint{"127.0.0.1", client.port},
+                                                       Client::soon()));
+    silent.back()->send("GET ", Client::soon());
+  }
+  const auto asked = std::chrono::steady_clock::now();
+  CHECK(client.get(client.root + "status.json").status == 200);
+  CHECK(std::chrono::steady_clock::now() - asked < std::chrono::seconds(5));
 }
 
 TEST_CASE("while the database is being replaced the page is told to ask again", "[serve]") {

@@ -9,6 +9,7 @@
 #include "core/mechanism/inverse.hpp"
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
+#include "tests/app/session/faulty_devices.hpp"
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/support/catch.hpp"
 
@@ -116,6 +117,30 @@ TEST_CASE("a resume opens an epoch and measures reference points in a session ap
   }
   CHECK(readings.at(1).conditions.epoch == 1);
   CHECK(readings.at(16).conditions.epoch == 2);
+}
+
+TEST_CASE("a resume closes what a runner left open that died at a reference point", "[session]") {
+  const TemporaryFolder folder;
+  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
+  REQUIRE(run(db, request_for(small_plan()), stopping_after(14, 1)).state == State::stopped);
+  const auto faults = std::make_shared<Faults>();
+  faults->measure = [](int call) -> device::Status {
+    if (call == 2) throw std::runtime_error("the runner dies");
+    return device::Status::ok;
+  };
+  Surroundings around;
+  around.open = opening(faults);
+  CHECK_THROWS_AS(resume(db, "c", "s", around), std::runtime_error);
+  const auto open_attempts = [&db] {
+    int n = 0;
+    for (const auto& session : store::session_names(db, store::require_campaign(db, "c").id)) {
+      for (const auto& attempt : store::attempts(db, session.id)) n += attempt.status == "open";
+    }
+    return n;
+  };
+  CHECK(open_attempts() == 1);
+  CHECK(resume(db, "c", "s", {}).state == State::done);
+  CHECK(open_attempts() == 0);
 }
 
 TEST_CASE("a resume is refused when the set-up has moved", "[session]") {

@@ -3,6 +3,7 @@
 #include "app/session/side_file.hpp"
 
 #include <sqlite3.h>
+#include <sys/mount.h>
 
 #include <cmath>
 #include <fstream>
@@ -13,6 +14,7 @@
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/stress/disk.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/skip.hpp"
 
 namespace trammel::session {
 
@@ -165,6 +167,58 @@ TEST_CASE(
   const Reading stored = by_point(db, "c", "s").at(next);
   CHECK(same_bits(stored, r));
   CHECK(store::verify(db).ok());
+}
+
+namespace {
+
+/// A disk of two MB of its own.
+struct SmallDisk {
+  explicit SmallDisk(const std::filesystem::path& at) : path(at) {
+    mounted = ::mount("tmpfs", path.c_str(), "tmpfs", 0, "size=2m") == 0;
+  }
+  ~SmallDisk() {
+    if (mounted) ::umount2(path.c_str(), MNT_DETACH);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  void fill() const {
+    std::ofstream to(path / "filling", std::ios::binary);
+    while (to.write(std::string(4096, 'x').data(), 4096).flush()) {
+    }
+  }
+  std::filesystem::path path;
+  bool mounted = false;
+};
+
+}  // namespace
+
+TEST_CASE("on a disk that has become full the reading in hand is kept aside", "[session]") {
+  const TemporaryFolder folder;
+  const SmallDisk disk(folder.path());
+  if (!disk.mounted) return skip("mounting a small disk needs more rights");
+  Surroundings around;
+  int stored = 0;
+  around.stored = [&](int n) {
+    stored = n;
+    if (n == 2) disk.fill();
+  };
+  std::string error;
+  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
+  try {
+    static_cast<void>(run(db, request_for(small_plan()), around));
+  } catch (const StoreError& full) {
+    error = full.what();
+  }
+  CHECK_THAT(error, Contains("disk is full") && Contains("session recover"));
+  const auto campaign = store::require_campaign(db, "c");
+  CHECK(lines_of(side_file(db.file(), campaign.uuid)).ends_with("}\n"));
+  // The control: a file for which no room was kept.
+  CHECK_THROWS_AS(keep_aside(folder.path() / "late.jsonl", UnsavedReading{}), StoreError);
+  CHECK_THROWS_AS(SideRoom(folder.path() / "late.jsonl"), StoreError);
+  std::filesystem::remove(folder.path() / "filling");
+  CHECK(resume(db, "c", "s", {}).state == State::done);
+  CHECK(by_point(db, "c", "s").size() == 16);
+  CHECK_FALSE(std::filesystem::exists(side_file(db.file(), campaign.uuid)));
 }
 
 TEST_CASE("a side file that can't be written either is said", "[session]") {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/session/wishes.hpp"
+#include "store/statement.hpp"
 #include "tests/app/session/faulty_devices.hpp"
 #include "tests/app/session/session_fixture.hpp"
 #include "tests/support/catch.hpp"
@@ -119,10 +120,70 @@ TEST_CASE("what a terminal is shown says SIMULATED large, and acts on nothing it
   CHECK_THAT(status_text(status), !Contains("SIMULATED"));
 }
 
-TEST_CASE("seconds between two stored times, over a leap day and a year's end", "[session]") {
-  CHECK(seconds_between("2024-02-28T23:59:59.500Z", "2024-03-01T00:00:00.250Z") == 86400.75);
-  CHECK(seconds_between("2026-12-31T23:59:59.000Z", "2027-01-01T00:00:00.000Z") == 1);
-  CHECK_THROWS_AS(seconds_between("yesterday", "2027-01-01T00:00:00.000Z"), StoreError);
+TEST_CASE("no row makes the status fail, and what it says comes from the rows that can be read",
+          "[session]") {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "t.db";
+  {
+    store::Connection db = store::open(file, store::Access::create);
+    REQUIRE(run(db, request_for(small_plan()), {}).state == State::done);
+  }
+  const auto status = [&file] {
+    store::Connection db = store::open(file, store::Access::read_only);
+    return status_of(db, store::require_campaign(db, "c"), "s", std::nullopt);
+  };
+  const SessionStatus before = status();
+  // As a clock before 1970 had them written once, and as a stranger may.
+  for (const char* time : {"1960-01-01T00:00:01.-254Z", "zzzz-zz-zzTzz:zz:zz.zzzZ",
+                           "2026-02-30T00:00:00.000Z", "9999-12-31T23:59:59.999Z"}) {
+    store::Connection raw(file, store::Access::write);
+    for (const char* kind : {"note", kBaseEvent}) {
+      store::Statement insert(raw,
+                              "INSERT INTO session_event (session_id, kind, detail, at_utc) SELECT "
+                              "session_id, ?, '{no JSON', ? FROM session WHERE name = 's'");
+      insert << kind << time;
+      insert.run();
+    }
+  }
+  const SessionStatus after = status();
+  CHECK(after.last_utc == before.last_utc);
+  CHECK(after.started_utc == before.started_utc);
+  CHECK(after.silent_s >= before.silent_s);
+  CHECK(after.n_ok == 16);
+  CHECK(after.base.size() == before.base.size());
+}
+
+TEST_CASE("the times of a session never go back, though the date was put back before its resume",
+          "[session]") {
+  const TemporaryFolder folder;
+  store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
+  Surroundings around;
+  around.stop_signals = [n = 0]() mutable { return ++n > 14 ? 1 : 0; };
+  REQUIRE(run(db, request_for(small_plan()), around).state == State::stopped);
+  const auto campaign = store::require_campaign(db, "c");
+  const auto session = store::find_session(db, campaign.id, "s");
+  {  // what a computer wrote whose date was an hour ahead
+    store::Statement ahead(db,
+                           "INSERT INTO session_event (session_id, kind, detail, at_utc) VALUES "
+                           "(?, 'note', '', strftime('%Y-%m-%dT%H:%M:%fZ', 'now', '+1 hour'))");
+    ahead << session->id;
+    ahead.run();
+  }
+  const std::string ahead_utc = store::events(db, session->id).back().at_utc;
+  ask(db, session->id, Wish::pause);
+  REQUIRE(resume(db, "c", "s", {}).state == State::done);
+  std::string last;
+  const auto events = store::events(db, session->id);
+  for (const store::Event& event : events) {
+    CHECK(event.at_utc >= last);
+    last = event.at_utc;
+  }
+  for (const store::Attempt& attempt : store::attempts(db, session->id)) {
+    CHECK(attempt.closed_utc >= attempt.opened_utc);
+    if (attempt.epoch == 2) CHECK(attempt.opened_utc >= ahead_utc);
+  }
+  const auto status = status_of(db, campaign, "s", std::nullopt);
+  CHECK(status.seconds_per_point.value() >= 0);
 }
 
 }  // namespace trammel::session
