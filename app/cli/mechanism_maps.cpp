@@ -7,10 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "app/files/mechanism_json.hpp"
+#include "app/files/machine_json.hpp"
 #include "core/mechanism/sensitivity.hpp"
 #include "core/mechanism/workspace.hpp"
-#include "core/plan/grids.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {
@@ -26,31 +25,56 @@ struct MapOptions {
   double length_mm = 0.05;
 };
 
+/// The orientation of a grid, for a machine that turns.
+double grid_phi_rad(const Machine& machine, const MapOptions& options) {
+  if (!machine.kind->has_point_platform() || options.phi_deg == 0) {
+    return rad_from_deg(options.phi_deg);
+  }
+  throw UsageError(
+      {.what = fmt::format("phi is no coordinate of an {} machine", machine.kind->name),
+       .where = {.field = "--phi"}});
+}
+
+WorkspaceGrid grid_of(const Machine& machine, const MapOptions& options) {
+  return {options.half_width_mm, options.step_mm, grid_phi_rad(machine, options)};
+}
+
+/// "alpha_1         18.40 %  12.02 %   3.10 %"
+std::string share_line(const std::string& name, const Eigen::VectorXd& shares) {
+  std::string text = fmt::format("{:<10} {:>10.2f} %", name, 100 * shares[0]);
+  for (Eigen::Index i = 1; i < shares.size(); ++i)
+    text += fmt::format(" {:>6.2f} %", 100 * shares[i]);
+  return text + "\n";
+}
+
 ExitCode run_sensitivity(const MapOptions& options, Context& context) {
-  const Mechanism mechanism = read_mechanism_file(options.file);
-  std::vector<Pose> poses = lattice(options.half_width_mm, options.step_mm);
-  for (Pose& pose : poses) pose.phi_rad = rad_from_deg(options.phi_deg);
+  const Machine machine = read_machine_file(options.file);
+  const std::vector<Pose> poses = grid_poses(machine, grid_of(machine, options));
   const SensitivityShares shares =
-      sensitivity(mechanism.geometry, poses, {rad_from_deg(options.angle_deg), options.length_mm});
+      sensitivity(machine, poses, {rad_from_deg(options.angle_deg), options.length_mm});
+  const auto n = static_cast<std::size_t>(machine.kind->n_chains);
   Json rows = Json::array();
   std::string text = fmt::format(
       "share of each error source in the pose error, mean of {} poses (Eq. 20)\n"
       "errors of {:g} deg and {:g} mm; grid of +-{:g} mm every {:g} mm at phi {:g} deg\n"
-      "source      share of dx   of dy   of dphi\n",
+      "source      share of dx",
       poses.size(), options.angle_deg, options.length_mm, options.half_width_mm, options.step_mm,
       options.phi_deg);
-  for (int j = 0; j < kPaperParameters; ++j) {
-    const std::string& name = geometry_parameters()[static_cast<std::size_t>(j)].name;
-    rows.push_back(
-        {{"source", name}, {"x", shares(0, j)}, {"y", shares(1, j)}, {"phi", shares(2, j)}});
-    text += fmt::format("{:<10} {:>10.2f} % {:>6.2f} % {:>6.2f} %\n", name, 100 * shares(0, j),
-                        100 * shares(1, j), 100 * shares(2, j));
+  for (std::size_t i = 1; i < n; ++i) text += fmt::format("   of d{}", kCoordinateNames[i]);
+  text += "\n";
+  Eigen::MatrixXd of_chain = Eigen::MatrixXd::Zero(shares.of.rows(), machine.kind->n_chains);
+  for (std::size_t j = 0; j < shares.sources.size(); ++j) {
+    const Eigen::VectorXd share = shares.of.col(static_cast<Eigen::Index>(j));
+    Json row = {{"source", shares.sources[j].name}};
+    for (std::size_t i = 0; i < n; ++i) {
+      row[std::string(kCoordinateNames[i])] = share[static_cast<Eigen::Index>(i)];
+    }
+    rows.push_back(row);
+    text += share_line(shares.sources[j].name, share);
+    of_chain.col(shares.sources[j].chain) += share;
   }
-  const int of_chain = kPaperParameters / kChains;
-  for (int i = 0; i < kChains; ++i) {  // Table II: which chain leads
-    const Eigen::Vector3d sum = 100 * shares.middleCols(of_chain * i, of_chain).rowwise().sum();
-    text += fmt::format("{:<10} {:>10.2f} % {:>6.2f} % {:>6.2f} %\n",
-                        fmt::format("chain {}", i + 1), sum[0], sum[1], sum[2]);
+  for (Eigen::Index i = 0; i < of_chain.cols(); ++i) {  // Table II: which chain leads
+    text += share_line(fmt::format("chain {}", i + 1), of_chain.col(i));
   }
   if (context.json) {
     context.print("mechanism-sensitivity", {{"angle_deg", options.angle_deg},
@@ -67,7 +91,9 @@ ExitCode run_sensitivity(const MapOptions& options, Context& context) {
 std::string map_text(const std::vector<WorkspaceCell>& map, const MapOptions& options) {
   const std::map<Reach::Status, char> kSigns = {{Reach::Status::unreachable, '.'},
                                                 {Reach::Status::limit, '-'},
-                                                {Reach::Status::not_finite, '?'}};
+                                                {Reach::Status::not_finite, '?'},
+                                                {Reach::Status::singular, 'x'},
+                                                {Reach::Status::other_assembly, 'x'}};
   std::vector<std::string> lines;
   double y = 0;
   for (const WorkspaceCell& cell : map) {
@@ -87,15 +113,15 @@ std::string map_text(const std::vector<WorkspaceCell>& map, const MapOptions& op
          fmt::format(
              "x from {:g} to {:g} mm to the right, y from {:g} to {:g} mm upwards, every {:g} mm; "
              "phi {:g} deg\n"
-             "digits: singularity margin in tenths; '-': beyond a stroke limit; '.': out of reach\n"
+             "digits: singularity margin in tenths; '-': beyond a stroke limit; 'x': singular, or "
+             "beyond a singularity in the other assembly; '.': out of reach\n"
              "{} of {} poses are reachable",
              -edge, edge, -edge, edge, options.step_mm, options.phi_deg, n_ok, map.size());
 }
 
 ExitCode run_workspace(const MapOptions& options, Context& context) {
-  const Mechanism mechanism = read_mechanism_file(options.file);
-  const auto map =
-      workspace(mechanism, {options.half_width_mm, options.step_mm, rad_from_deg(options.phi_deg)});
+  const Machine machine = read_machine_file(options.file);
+  const auto map = workspace(machine, grid_of(machine, options));
   if (!context.json) {
     context.print(map_text(map, options));
     return ExitCode::ok;
@@ -103,8 +129,9 @@ ExitCode run_workspace(const MapOptions& options, Context& context) {
   Json cells = Json::array();
   std::size_t n_ok = 0;
   for (const WorkspaceCell& cell : map) {
-    Json row = {
-        {"x_mm", cell.pose.x_mm}, {"y_mm", cell.pose.y_mm}, {"status", name_of(cell.reach.status)}};
+    Json row = pose_json(machine, cell.pose);
+    row.erase("phi_deg");
+    row["status"] = name_of(cell.reach.status);
     if (cell.reach.ok()) {
       row["stroke_left_mm"] = cell.reach.stroke_left_mm;
       row["singularity_margin"] = cell.reach.singularity.margin();
@@ -132,7 +159,7 @@ void setup_mechanism_maps(Command mechanism, Context& context) {
                         ExitCode (*run)(const MapOptions&, Context&)) {
     Command command = mechanism.command(name, what);
     auto options = std::make_shared<MapOptions>();
-    command.option("file", options->file, "mechanism, campaign or robot JSON").required();
+    command.option("file", options->file, "machine, mechanism, campaign or robot JSON").required();
     grid_options(command, *options);
     on_run(command, context, options, run);
     return std::pair(command, options.get());

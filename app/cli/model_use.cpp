@@ -1,7 +1,9 @@
 // What a model is for: poses predicted, and tables for controllers.
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "app/cli/approach.hpp"
 #include "app/cli/model.hpp"
@@ -9,10 +11,13 @@
 #include "app/files/files.hpp"
 #include "app/files/numbers.hpp"
 #include "app/job/compensation_table.hpp"
+#include "app/job/fitted_range.hpp"
 #include "app/job/model_json.hpp"
 #include "app/terminal/table.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/units.hpp"
+#include "store/job.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -57,8 +62,21 @@ void require_epoch(const StoredModel& model, int epoch) {
                     .where = {.field = "--pose", .point = fmt::format("pose {}", number)}});
 }
 
+/// What is asked, and where the nominal robot stands under it: ok is its assembly of home.
+struct Question {
+  CommandRow row;
+  Pose nominal;
+  Reach::Status status = Reach::Status::ok;
+};
+
+/// Limits are not asked for: a model says where the robot would go.
+Reach::Status assembly_status(const Reach& at) {
+  const bool stands = at.status == Reach::Status::ok || at.status == Reach::Status::limit;
+  return stands ? Reach::Status::ok : at.status;
+}
+
 /// Commands that a controller without correction gives for the poses.
-std::vector<CommandRow> commands_for(const Mechanism& mechanism, const PredictOptions& options) {
+std::vector<Question> commands_for(const Mechanism& mechanism, const PredictOptions& options) {
   if (options.poses.size() % 3 != 0) {
     throw UsageError({.what = "a pose is three numbers",
                       .where = {.field = "--pose"},
@@ -66,13 +84,14 @@ std::vector<CommandRow> commands_for(const Mechanism& mechanism, const PredictOp
                       .expected = "x mm, y mm, phi deg"});
   }
   const Approach approach = parse_approach(options.approach);
+  const Machine machine = machine_of(mechanism);
   Displacements before_mm = inverse(mechanism.geometry, mechanism.home).l_mm;
-  std::vector<CommandRow> rows;
+  std::vector<Question> all;
   for (std::size_t k = 0; k < options.poses.size(); k += 3) {
     const Pose pose{options.poses[k], options.poses[k + 1], rad_from_deg(options.poses[k + 2])};
     const InverseResult at = inverse(mechanism.geometry, pose);
     if (!at.ok()) out_of_reach(k / 3 + 1, at.chain);
-    CommandRow row{.seq = static_cast<int>(rows.size()) + 1,
+    CommandRow row{.seq = static_cast<int>(all.size()) + 1,
                    .conditions = {.cmd_mm = at.l_mm,
                                   .from_mm = before_mm,
                                   .epoch = options.at.epoch,
@@ -83,29 +102,59 @@ std::vector<CommandRow> commands_for(const Mechanism& mechanism, const PredictOp
       if (sign != 0) row.conditions.from_mm[i] = at.l_mm[i] - sign;  // any length: a direction
     }
     before_mm = at.l_mm;
-    rows.push_back(row);
+    all.push_back({row, pose, assembly_status(reach(machine, pose))});
   }
-  return rows;
+  return all;
 }
 
-std::vector<CommandRow> commands_of(const StoredModel& model, const PredictOptions& options) {
+std::vector<Question> questions(const StoredModel& model, const PredictOptions& options) {
   if (options.poses.empty() == options.commands.empty()) {
     throw UsageError({.what = "predict takes poses or a file of commands, one of them",
                       .hint = "--pose x,y,phi or --commands FILE"});
   }
-  return options.commands.empty() ? commands_for(model.robot.mechanism, options)
-                                  : read_commands_csv(options.commands, model.robot.mechanism);
+  const Mechanism& mechanism = model.robot.mechanism;
+  if (options.commands.empty()) return commands_for(mechanism, options);
+  std::vector<Question> all;
+  const Machine machine = machine_of(mechanism);
+  for (const CommandRow& row : read_commands_csv(options.commands, mechanism)) {
+    const MachinePose at = forward(machine, row.conditions.cmd_mm, mechanism.home);
+    all.push_back({row, at.pose, at.ok() ? Reach::Status::ok : Reach::Status::unreachable});
+  }
+  return all;
+}
+
+/// Where the model's robot stands, and whether it is in the assembly of home.
+struct Answer {
+  Reach::Status status = Reach::Status::ok;
+  Pose pose;  // ok only
+};
+
+Answer answer(const RobotModel& robot, const Question& question) {
+  if (question.status != Reach::Status::ok) return {question.status, {}};
+  const Prediction at = predict(robot, question.row.conditions);
+  if (!at.ok()) return {Reach::Status::unreachable, {}};
+  Mechanism identified = robot.mechanism;
+  identified.geometry = robot.geometry;
+  return {assembly_status(reach(machine_of(identified), at.pose)), at.pose};
+}
+
+/// Where the model was not fitted, in words; nothing for a version that no job fitted.
+std::vector<std::string> beyond_fit(store::Connection& db, const StoredModel& model,
+                                    std::span<const Pose> targets, const std::string& points) {
+  if (!model.row.data.job_id) return {};
+  const job::FittedRange range = job::fitted_range(db, store::get_job(db, *model.row.data.job_id));
+  return job::extrapolation_words(range, targets, points);
 }
 
 Json vector_json(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
 
-Json prediction_json(const CommandRow& row, const Prediction& at) {
+Json prediction_json(const CommandRow& row, const Answer& at) {
   Json json = {{"seq", row.seq},
                {"cmd_mm", vector_json(row.conditions.cmd_mm)},
                {"from_mm", vector_json(row.conditions.from_mm)},
                {"epoch", row.conditions.epoch},
-               {"status", at.ok() ? "ok" : "unreachable"}};
-  if (at.ok()) {
+               {"status", name_of(at.status)}};
+  if (at.status == Reach::Status::ok) {
     json["x_mm"] = at.pose.x_mm;
     json["y_mm"] = at.pose.y_mm;
     json["phi_deg"] = deg_from_rad(at.pose.phi_rad);
@@ -121,14 +170,14 @@ std::string predictions_text(const Json& predictions) {
     for (const char* name : {"x_mm", "y_mm", "phi_deg"}) {
       cells.push_back(p.contains(name) ? fmt::format("{:.5f}", p[name].get<double>()) : "");
     }
-    if (!p.contains("x_mm")) cells[4] = "unreachable";
+    if (!p.contains("x_mm")) cells[4] = p["status"].get<std::string>();
     table.add(std::move(cells));
   }
   return table.text();
 }
 
-std::vector<std::string> idle_in(const StoredModel& model, const std::vector<CommandRow>& rows) {
-  const auto all = [&rows](auto has) { return std::all_of(rows.begin(), rows.end(), has); };
+std::vector<std::string> idle_in(const StoredModel& model, const std::vector<Question>& asked) {
+  const auto all = [&asked](auto has) { return std::ranges::all_of(asked, has, &Question::row); };
   return job::idle_effects(
       model.robot, all([](const CommandRow& r) { return r.conditions.temp_degc.has_value(); }),
       all([](const CommandRow& r) { return r.conditions.time_s.has_value(); }));
@@ -138,32 +187,43 @@ ExitCode run_predict(const PredictOptions& options, Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
   const StoredModel model = job::find_model(db, campaign, options.version);
-  const std::vector<CommandRow> rows = commands_of(model, options);
+  const std::vector<Question> asked = questions(model, options);
   Json predictions = Json::array();
+  std::vector<Pose> nominal;
   bool all_ok = true;
-  for (const CommandRow& row : rows) {
-    require_epoch(model, row.conditions.epoch);
-    const Prediction at = predict(model.robot, row.conditions);
-    all_ok = all_ok && at.ok();
-    predictions.push_back(prediction_json(row, at));
+  for (const Question& question : asked) {
+    require_epoch(model, question.row.conditions.epoch);
+    const Answer at = answer(model.robot, question);
+    all_ok = all_ok && at.status == Reach::Status::ok;
+    predictions.push_back(prediction_json(question.row, at));
+    if (question.status == Reach::Status::ok) nominal.push_back(question.nominal);
   }
-  const std::vector<std::string> idle = idle_in(model, rows);
+  const std::vector<std::string> idle = idle_in(model, asked);
+  const std::vector<std::string> beyond = beyond_fit(db, model, nominal, "poses");
   if (context.json) {
     context.print("model-predict", {{"campaign", campaign.name},
                                     {"version", model.row.version},
                                     {"name", model.row.data.name},
                                     {"left_out", idle},
+                                    {"warnings", beyond},
                                     {"predictions", predictions}});
   } else {
     context.print(predictions_text(predictions));
     for (const std::string& effect : idle) context.say("left out: " + effect);
+    for (const std::string& words : beyond) context.say("warning: " + words);
   }
   return all_ok ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
 /// What the controller must know before it uses the table.
-std::vector<std::string> table_words(const StoredModel& model, const ExportOptions& options) {
-  std::vector<std::string> words;
+std::vector<std::string> table_words(store::Connection& db, const StoredModel& model,
+                                     const job::CompensationTable& table,
+                                     const ExportOptions& options) {
+  std::vector<Pose> targets;
+  for (const job::TableRow& row : table.rows) {  // rows of one target stand together
+    if (targets.empty() || targets.back() != row.target) targets.push_back(row.target);
+  }
+  std::vector<std::string> words = beyond_fit(db, model, targets, "targets of the table");
   for (const std::string& effect : job::idle_effects(model.robot, options.at.temp_degc.has_value(),
                                                      options.at.time_s.has_value())) {
     words.push_back("left out: " + effect);
@@ -180,7 +240,8 @@ bool ends_with(const std::string& text, std::string_view end) {
   return text.size() > end.size() && text.ends_with(end);
 }
 
-Json export_table(const StoredModel& model, const ExportOptions& options, Existing existing) {
+Json export_table(store::Connection& db, const StoredModel& model, const ExportOptions& options,
+                  Existing existing) {
   require_epoch(model, options.at.epoch);
   job::TableRequest request = options.grid;
   request.phi_rad.clear();
@@ -195,7 +256,7 @@ Json export_table(const StoredModel& model, const ExportOptions& options, Existi
           {"n_unreachable", table.n_unreachable},
           {"n_rows", table.rows.size()},
           {"directed_rails", table.directed},
-          {"words", table_words(model, options)}};
+          {"words", table_words(db, model, table, options)}};
 }
 
 std::string export_text(const Json& done) {
@@ -224,7 +285,7 @@ ExitCode run_export(const ExportOptions& options, Context& context) {
     const std::string text = job::model_file_json(model, campaign.name).dump(1) + "\n";
     if (!options.dry_run) write_output(options.file, text, context.existing());
   } else if (ends_with(options.file, ".csv")) {
-    done.update(export_table(model, options, context.existing()));
+    done.update(export_table(db, model, options, context.existing()));
   } else {
     throw UsageError({.what = "the file's ending says what is written",
                       .where = {.field = "FILE"},

@@ -6,6 +6,7 @@
 
 #include "app/cli/margins.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/job/fitted_range.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/session/lock.hpp"
@@ -86,11 +87,23 @@ void say_duration(const session::Outcome& outcome, const Context& context) {
                           terminal::clock_text(outcome.estimated_s)));
 }
 
-Correction dry_correction(const RunOptions& options, const Context& context) {
+/// Before anything moves: where the compensation knows nothing of the plan's targets.
+void say_extrapolation(store::Connection& db, store::Id job, const Plan& plan,
+                       const Context& context) {
+  std::vector<Pose> targets;
+  for (const PlannedPoint& p : plan.points) targets.push_back(p.target);
+  const job::FittedRange range = job::fitted_range(db, store::get_job(db, job));
+  for (const std::string& words : job::extrapolation_words(range, targets, "targets of the plan")) {
+    context.say("warning: " + words);
+  }
+}
+
+Correction dry_correction(const RunOptions& options, const Plan& plan, const Context& context) {
   if (options.compensate.empty()) return NominalCorrection{};
   store::Connection db = store::open(context.db(), store::Access::read_only);
-  return job::correction_of(
-      db, job::find_compensation(db, options.request.campaign, options.compensate));
+  const store::Id job = job::find_compensation(db, options.request.campaign, options.compensate);
+  say_extrapolation(db, job, plan, context);
+  return job::correction_of(db, job);
 }
 
 ExitCode run_run(const RunOptions& options, Context& context) {
@@ -107,7 +120,8 @@ ExitCode run_run(const RunOptions& options, Context& context) {
     }
   }
   if (options.dry_run) {
-    const session::Outcome outcome = session::dry_run(request, dry_correction(options, context));
+    const session::Outcome outcome =
+        session::dry_run(request, dry_correction(options, request.plan, context));
     context.say("dry run: nothing is stored and nothing moves");
     say_duration(outcome, context);
     return report(outcome, "run", request.session, context);
@@ -121,6 +135,7 @@ ExitCode run_run(const RunOptions& options, Context& context) {
       context.db(), options.compensate.empty() ? store::Access::create : store::Access::write);
   if (!options.compensate.empty()) {
     request.compensation_job = job::find_compensation(db, request.campaign, options.compensate);
+    say_extrapolation(db, *request.compensation_job, request.plan, context);
   }
   const session::Surroundings around = surroundings(context);
   const session::Outcome outcome = session::run(db, request, around);

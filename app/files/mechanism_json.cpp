@@ -1,5 +1,6 @@
 #include "app/files/mechanism_json.hpp"
 
+#include "app/files/machine_json.hpp"
 #include "app/files/numbers.hpp"
 #include "core/units.hpp"
 
@@ -101,9 +102,14 @@ nlohmann::ordered_json mechanism_json(const Mechanism& mechanism) {
 }
 
 Mechanism read_mechanism_file(const std::filesystem::path& path) {
-  const JsonFile file = read_json(path);
-  Fields top(file);
-  return top.has("mechanism") ? read_mechanism(top.object("mechanism")) : read_mechanism(top);
+  const Machine machine = read_machine_file(path);
+  try {
+    return mechanism_of(machine);
+  } catch (const InputError& error) {
+    ErrorText text = error.text();
+    text.where.file = path.string();
+    throw InputError(text);
+  }
 }
 
 }  // namespace trammel

@@ -6,6 +6,7 @@
 
 #include "core/calibrate/correction.hpp"
 #include "core/error.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/plan/grids.hpp"
 #include "core/units.hpp"
 
@@ -50,11 +51,11 @@ bool within(const Limits& limits, const Displacements& l_mm) {
 }
 
 /// All rows of one target, or none when one of them cannot be commanded.
-std::vector<TableRow> rows_of(const RobotModel& robot, const Pose& target,
+std::vector<TableRow> rows_of(const RobotModel& robot, const Machine& machine, const Pose& target,
                               const std::vector<std::array<int, kChains>>& directions,
                               const TableRequest& request) {
+  if (reach(machine, target).assembly <= 0) return {};
   const InverseResult nominal = inverse(robot.mechanism.geometry, target);
-  if (!nominal.ok()) return {};
   std::vector<TableRow> rows;
   for (const auto& approach : directions) {
     const Move move{.target = target,
@@ -96,10 +97,11 @@ CompensationTable compensation_table(const RobotModel& robot, const TableRequest
   check(request);
   CompensationTable table{.directed = directed_rails(robot), .rows = {}};
   const auto directions = approaches(table.directed);
+  const Machine machine = machine_of(robot.mechanism);
   for (const double phi_rad : request.phi_rad) {
     for (Pose target : lattice(request.half_width_mm, request.step_mm)) {
       target.phi_rad = phi_rad;
-      const std::vector<TableRow> rows = rows_of(robot, target, directions, request);
+      const std::vector<TableRow> rows = rows_of(robot, machine, target, directions, request);
       ++table.n_targets;
       table.n_unreachable += rows.empty() ? 1 : 0;
       table.rows.insert(table.rows.end(), rows.begin(), rows.end());

@@ -12,17 +12,12 @@
 #include "app/session/runner.hpp"
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"
+#include "core/mechanism/machine.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {
 
 namespace {
-
-bool same(const Mechanism& a, const Mechanism& b) {
-  return to_vector(a.geometry) == to_vector(b.geometry) && a.screw_lead_mm == b.screw_lead_mm &&
-         a.home == b.home && a.limits.l_min_mm == b.limits.l_min_mm &&
-         a.limits.l_max_mm == b.limits.l_max_mm;
-}
 
 Correction correction_of(store::Connection& connection, const std::optional<store::Id>& job,
                          const Surroundings& surroundings) {
@@ -37,7 +32,7 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   if (const auto row = store::find_campaign(connection, request.campaign)) {
     // No session's readings are asked for: the mechanism alone.
     const auto loaded = store::load_campaign(connection, row->id);
-    if (!same(loaded.campaign.mechanism, devices.mechanism)) {
+    if (machine_of(loaded.campaign.mechanism) != machine_of(devices.mechanism)) {
       throw InputError({.what = "the campaign is of another mechanism",
                         .where = {.field = "campaign"},
                         .got = request.campaign,

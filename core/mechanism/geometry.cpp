@@ -1,32 +1,22 @@
 #include "core/mechanism/geometry.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/mechanism/machine.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
 
 namespace {
 
-// Machining and assembly of a bench-size robot: 0.1 mm on lengths, 0.05 deg on angles.
-constexpr double kLengthToleranceMm = 0.1;
-constexpr double kAngleToleranceRad = rad_from_deg(0.05);
-
 std::array<GeometryParameter, kGeometryParameters> make_parameters() {
   std::array<GeometryParameter, kGeometryParameters> all;
-  const std::array<const char*, 6> names = {"alpha", "beta", "r", "S", "l", "R"};
-  std::size_t k = 0;
-  for (int chain = 0; chain < kChains; ++chain) {
-    for (std::size_t p = 0; p < names.size(); ++p, ++k) {
-      const bool angle = p < 2;
-      all[k] = {std::string(names[p]) + "_" + std::to_string(chain + 1), chain, angle,
-                angle ? kAngleToleranceRad : kLengthToleranceMm};
-    }
-  }
-  for (int chain = 0; chain < kChains; ++chain, ++k) {
-    all[k] = {"h_" + std::to_string(chain + 1), chain, false, kLengthToleranceMm};
-  }
+  const auto& of_machine = parameters_of(*find_machine_kind("3-PRR"));
+  std::ranges::transform(of_machine, all.begin(), [](const MachineParameter& p) {
+    return GeometryParameter{p.name, p.chain, p.is_angle, p.tolerance};
+  });
   return all;
 }
 

@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <string>
+#include <vector>
 
-#include "core/mechanism/geometry.hpp"
+#include "core/mechanism/machine.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -14,8 +16,12 @@ struct SourceErrors {
   double length_mm = 0.05;
 };
 
-/// Rows x, y, phi of the pose error; columns the paper's 18 sources. Each row sums to 1.
-using SensitivityShares = Eigen::Matrix<double, 3, kPaperParameters>;
+/// Rows the machine's coordinates, columns its parameters less those that only complete a chain (of
+/// the 3-PRR the paper's 18). Each row sums to 1.
+struct SensitivityShares {
+  std::vector<MachineParameter> sources;
+  Eigen::MatrixXd of;
+};
 
 /// Share of each error source in each pose error, over a workspace (global error sensitivity).
 ///
@@ -23,10 +29,10 @@ using SensitivityShares = Eigen::Matrix<double, 3, kPaperParameters>;
 /// Source: Zhang et al. 2024, Eq. 20, with absolute values: the printed quotient divides by the
 /// signed pose error, which passes through zero inside the workspace.
 ///
-/// Throws InputError when no pose is given or one is out of reach, naming it, and for errors that
-/// are negative, not finite or all zero. Proof: rows sum to
-/// 1; what Table II says about the chains (sensitivity_test.cpp).
-SensitivityShares sensitivity(const Geometry& geometry, std::span<const Pose> poses,
+/// Throws InputError when no pose is given or one is out of reach or singular, naming it, and for
+/// errors that are negative, not finite or all zero. Proof: rows sum to 1; what Table II says about
+/// the chains (sensitivity_test.cpp).
+SensitivityShares sensitivity(const Machine& machine, std::span<const Pose> poses,
                               const SourceErrors& errors = {});
 
 }  // namespace trammel

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "app/job/fitted_range.hpp"
 #include "app/job/held_out.hpp"
 #include "app/job/run.hpp"
 #include "app/report/assess/uncertainty.hpp"
@@ -22,7 +23,6 @@ namespace trammel::assess {
 namespace {
 
 constexpr int kBlocks = 6;
-constexpr double kPhiSlackRad = rad_from_deg(0.05);
 
 struct Noise {
   std::optional<TrackerSigma> sigma;
@@ -62,29 +62,6 @@ Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noi
                   .verdict = {}};
   session.verdict = verdict(session.position_mm.mean, floor_mm);
   return session;
-}
-
-/// Where the readings that a job fitted lie.
-struct Range {
-  std::vector<Place> hull;
-  double phi_low = 0, phi_high = 0;
-
-  [[nodiscard]] bool holds_place(const Pose& p) const { return inside(hull, {p.x_mm, p.y_mm}); }
-  [[nodiscard]] bool holds_phi(const Pose& p) const {
-    return p.phi_rad >= phi_low - kPhiSlackRad && p.phi_rad <= phi_high + kPhiSlackRad;
-  }
-};
-
-Range range_of(const std::vector<Reading>& fitted) {
-  std::vector<Place> places;
-  Range range{{}, fitted.front().target.phi_rad, fitted.front().target.phi_rad};
-  for (const Reading& r : fitted) {
-    places.push_back({r.target.x_mm, r.target.y_mm});
-    range.phi_low = std::min(range.phi_low, r.target.phi_rad);
-    range.phi_high = std::max(range.phi_high, r.target.phi_rad);
-  }
-  range.hull = convex_hull(places);
-  return range;
 }
 
 /// One set of points: readings before, poses after.
@@ -157,7 +134,7 @@ double covered_pct(const Pairs& pairs, double sigma_mm) {
   return 100.0 * covered / static_cast<double>(2 * errors.size());
 }
 
-void judge(Pairs& pairs, const PointUncertainty& uncertainty, const Range& range,
+void judge(Pairs& pairs, const PointUncertainty& uncertainty, const job::FittedRange& range,
            const std::optional<double>& floor_mm) {
   std::vector<BeforeAfter> points;
   for (std::size_t k = 0; k < pairs.before.size(); ++k) {
@@ -186,12 +163,7 @@ void judge(Pairs& pairs, const PointUncertainty& uncertainty, const Range& range
   j.verdict = verdict(j.after_mm.mean, floor_mm);
 }
 
-void warn(const Pairs& pairs, const Range& range, std::vector<std::string>& warnings) {
-  int place = 0, phi = 0;
-  for (const Reading* r : pairs.before) {
-    place += range.holds_place(r->target) ? 0 : 1;
-    phi += range.holds_phi(r->target) ? 0 : 1;
-  }
+void warn(const Pairs& pairs, const job::FittedRange& range, std::vector<std::string>& warnings) {
   const Judged& j = pairs.judged;
   if (j.standing == Standing::unknown_epoch) {
     std::set<int> epochs;
@@ -199,18 +171,11 @@ void warn(const Pairs& pairs, const Range& range, std::vector<std::string>& warn
     warnings.push_back(fmt::format("{} points of {} ({}) {}", pairs.before.size(), j.session, j.set,
                                    job::new_epoch_words({epochs.begin(), epochs.end()})));
   }
-  if (place > 0) {
-    warnings.push_back(fmt::format(
-        "{} of {} points of {} ({}) lie outside the convex hull of the measured points: there the "
-        "correction extrapolates",
-        place, pairs.before.size(), j.session, j.set));
-  }
-  if (phi > 0) {
-    warnings.push_back(fmt::format(
-        "{} of {} points of {} ({}) are turned beyond the measured orientations ({:.2f} to {:.2f} "
-        "deg): there the correction extrapolates",
-        phi, pairs.before.size(), j.session, j.set, deg_from_rad(range.phi_low),
-        deg_from_rad(range.phi_high)));
+  std::vector<Pose> targets;
+  for (const Reading* r : pairs.before) targets.push_back(r->target);
+  const std::string points = fmt::format("points of {} ({})", j.session, j.set);
+  for (std::string& words : job::extrapolation_words(range, targets, points)) {
+    warnings.push_back(std::move(words));
   }
 }
 
@@ -259,7 +224,7 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
                              error.text().what);
     }
   }
-  const Range range = range_of(fitted);
+  const job::FittedRange range = job::fitted_range(fitted);
   const Correction correction = job::correction_of(job.data.result_json);
   std::optional<PointUncertainty> uncertainty;
   double beside_mm = 0;  // noise of a reading that U leaves out

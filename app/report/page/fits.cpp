@@ -63,14 +63,12 @@ Json sensitivity_figure(const Source& source) {
   try {
     const std::vector<Pose> poses = lattice(kSensitivityHalfWidth_mm, kSensitivityStep_mm);
     const SensitivityShares shares =
-        sensitivity(source.measured.campaign.mechanism.geometry, poses, errors);
+        sensitivity(machine_of(source.measured.campaign.mechanism), poses, errors);
     Json sources = Json::array(), rows = Json::array();
-    for (int j = 0; j < kPaperParameters; ++j) {
-      sources.push_back(geometry_parameters()[static_cast<std::size_t>(j)].name);
-    }
+    for (const MachineParameter& p : shares.sources) sources.push_back(p.name);
     for (int row = 0; row < 3; ++row) {
       Json values = Json::array();
-      for (int j = 0; j < kPaperParameters; ++j) values.push_back(drawn(100 * shares(row, j)));
+      for (const double share : shares.of.row(row)) values.push_back(drawn(100 * share));
       rows.push_back(std::move(values));
     }
     return figure({"sensitivity", title,

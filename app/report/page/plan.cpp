@@ -44,7 +44,7 @@ Json mechanism_json(const Mechanism& mechanism, const Pose& pose, const InverseR
 Json reach_json(const Mechanism& mechanism) {
   Json cells = Json::array();
   for (const WorkspaceCell& cell :
-       workspace(mechanism, {.half_width_mm = kHalfWidth_mm, .step_mm = kCell_mm})) {
+       workspace(machine_of(mechanism), {.half_width_mm = kHalfWidth_mm, .step_mm = kCell_mm})) {
     if (!cell.reach.ok()) continue;
     cells.push_back(Json::array(
         {drawn(cell.pose.x_mm), drawn(cell.pose.y_mm), drawn(cell.reach.singularity.margin())}));

@@ -6,54 +6,6 @@
 
 using namespace trammel;
 
-namespace {
-
-/// A platform motion X(t) = X0 + V t + A t^2 / 2 and the joints that follow it.
-struct Motion {
-  Pose X0;
-  Eigen::Vector3d V, A;
-  [[nodiscard]] InverseResult at(const Geometry& g, double t) const {
-    return inverse(g, Pose::from(X0.vector() + V * t + A * (t * t / 2)));
-  }
-};
-
-Motion random_motion(Random& random) {
-  return {tests::random_pose(random),
-          {random.uniform(-50, 50), random.uniform(-50, 50), random.uniform(-0.5, 0.5)},
-          {random.uniform(-50, 50), random.uniform(-50, 50), random.uniform(-0.5, 0.5)}};
-}
-
-}  // namespace
-
-TEST_CASE("joint velocity is the time derivative of the inverse kinematics", "[mechanism]") {
-  Random random(4);
-  const double dt = 1e-5;
-  for (int trial = 0; trial < 200; ++trial) {
-    const Geometry g = tests::random_geometry(random);
-    const Motion motion = random_motion(random);
-    const auto rates = joint_velocity(g, motion.X0, motion.at(g, 0), motion.V);
-    const auto plus = motion.at(g, dt), minus = motion.at(g, -dt);
-    CHECK(((plus.l_mm - minus.l_mm) / (2 * dt) - rates.l).cwiseAbs().maxCoeff() < 1e-5);
-    CHECK(((plus.theta_rad - minus.theta_rad) / (2 * dt) - rates.theta).cwiseAbs().maxCoeff() <
-          1e-7);
-  }
-}
-
-TEST_CASE("joint acceleration is the second derivative of the inverse kinematics", "[mechanism]") {
-  Random random(5);
-  const double dt = 1e-3;
-  for (int trial = 0; trial < 200; ++trial) {
-    const Geometry g = tests::random_geometry(random);
-    const Motion motion = random_motion(random);
-    const auto rates = joint_acceleration(g, motion.X0, motion.at(g, 0), motion.V, motion.A);
-    const auto plus = motion.at(g, dt), zero = motion.at(g, 0), minus = motion.at(g, -dt);
-    const Eigen::Vector3d l = (plus.l_mm - 2 * zero.l_mm + minus.l_mm) / (dt * dt);
-    const Eigen::Vector3d t = (plus.theta_rad - 2 * zero.theta_rad + minus.theta_rad) / (dt * dt);
-    CHECK((l - rates.l).cwiseAbs().maxCoeff() < 2e-3);
-    CHECK((t - rates.theta).cwiseAbs().maxCoeff() < 1e-5);
-  }
-}
-
 TEST_CASE("the velocity Jacobian is the derivative of the forward kinematics", "[mechanism]") {
   Random random(6);
   const double dl = 1e-4;
