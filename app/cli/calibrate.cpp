@@ -55,6 +55,7 @@ void lsq_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
 }
 
 void idw_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
+  epoch_options(c, o);
   parameter<double>(c, o, "--power", "power", "weights 1 / d^power (2)");
   parameter<int>(c, o, "--neighbours", "neighbours", "nearest samples that count (0: all)");
   c.on_flag(
@@ -62,6 +63,7 @@ void idw_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
 }
 
 void rbf_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
+  epoch_options(c, o);
   parameter<int>(c, o, "--neurons", "neurons", "at most this many (50)");
   parameter<int>(c, o, "--seed", "seed", "of the k-means start (1)");
   parameter<double>(c, o, "--sigma-mm", "sigma_mm", "spread of all neurons (0: leave-one-out)");
@@ -100,9 +102,10 @@ struct StageOptions {
   const char* stage;
   void (*add)(Command, const std::shared_ptr<CalibrateOptions>&);
 };
-constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},       {"idw", idw_options},
-                                          {"rbf", rbf_options},       {"geometry", model_options},
-                                          {"hybrid", hybrid_options}, {"contest", contest_options}};
+constexpr StageOptions kStageOptions[] = {{"lsq", lsq_options},        {"idw", idw_options},
+                                          {"rbf", rbf_options},        {"gp", epoch_options},
+                                          {"geometry", model_options}, {"hybrid", hybrid_options},
+                                          {"contest", contest_options}};
 
 ExitCode run_calibrate(const CalibrateOptions& options, Context& context) {
   job::Request request = options.request;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/files/mechanism_json.hpp"
+#include "app/files/published_json.hpp"
 #include "app/terminal/table.hpp"
 #include "store/campaign.hpp"
 #include "store/job.hpp"
@@ -107,6 +108,7 @@ void print_text(const Shown& s, const Context& context) {
       bold(printable(s.row.name)), kind_of(s.row), origin_of(s.row), s.row.uuid, s.row.created_utc,
       s.row.n_readings, s.row.n_exclusions, s.chain_head);
   for (const auto& [key, value] : s.loaded.campaign.facts) {
+    if (key == kPublishedFact) continue;  // a page of figures: the report shows them
     head += fmt::format("{:<11} {}\n", printable(key), printable(value));
   }
   context.print(head);

@@ -99,7 +99,7 @@ std::string show_text(const StoredModel& model, const store::CampaignRow& campai
   };
   rms("fitted     ", m.identify_rms_mm);
   rms("unseen     ", m.validate_rms_mm);
-  if (m.noise_floor_mm) text += fmt::format("noise floor {:.4f} mm\n", *m.noise_floor_mm);
+  if (m.noise_floor_mm) text += fmt::format("sigma per coordinate {:.4f} mm\n", *m.noise_floor_mm);
   text += effect_text(model) + base_text(model);
   for (const std::string& sentence : job::model_words(model)) text += "\n" + sentence + "\n";
   return text;

@@ -142,7 +142,7 @@ Answer answer(const RobotModel& robot, const Question& question) {
 std::vector<std::string> beyond_fit(store::Connection& db, const StoredModel& model,
                                     std::span<const Pose> targets, const std::string& points) {
   if (!model.row.data.job_id) return {};
-  const job::FittedRange range = job::fitted_range(db, store::get_job(db, *model.row.data.job_id));
+  const FittedRange range = job::fitted_range(db, store::get_job(db, *model.row.data.job_id));
   return job::extrapolation_words(range, targets, points);
 }
 

@@ -92,7 +92,7 @@ void say_extrapolation(store::Connection& db, store::Id job, const Plan& plan,
                        const Context& context) {
   std::vector<Pose> targets;
   for (const PlannedPoint& p : plan.points) targets.push_back(p.target);
-  const job::FittedRange range = job::fitted_range(db, store::get_job(db, job));
+  const FittedRange range = job::fitted_range(db, store::get_job(db, job));
   for (const std::string& words : job::extrapolation_words(range, targets, "targets of the plan")) {
     context.say("warning: " + words);
   }

@@ -1,5 +1,6 @@
 #include "app/files/campaign_file.hpp"
 
+#include "app/files/budget_json.hpp"
 #include "app/files/fields.hpp"
 #include "app/files/files.hpp"
 #include "app/files/mechanism_json.hpp"
@@ -34,6 +35,9 @@ std::string read_head(const JsonFile& file, Campaign& campaign) {
   campaign.mechanism = read_mechanism(top.object("mechanism"));
   if (auto tracker = top.optional_object("tracker")) campaign.tracker = read_tracker(*tracker);
   if (auto facts = top.optional_object("facts")) {
+    if (auto budget = facts->optional_object(kBudgetFact)) {
+      campaign.facts[kBudgetFact] = read_budget(*budget);
+    }
     for (auto& [key, value] : facts->text_pairs()) campaign.facts[key] = value;
   }
   const std::string readings = top.text("readings");
@@ -51,6 +55,9 @@ std::string head_json(const Campaign& campaign) {
                        {"sigma_phi_deg", exact_deg(campaign.tracker->phi_rad)}};
   }
   if (!campaign.facts.empty()) json["facts"] = campaign.facts;
+  if (const auto budget = campaign.facts.find(kBudgetFact); budget != campaign.facts.end()) {
+    json["facts"][kBudgetFact] = nlohmann::ordered_json::parse(budget->second);
+  }
   json["readings"] = "readings.csv";
   return json.dump(2) + "\n";
 }

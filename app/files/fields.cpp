@@ -155,7 +155,7 @@ std::vector<Fields> Fields::objects(std::string_view name) {
 std::vector<std::pair<std::string, std::string>> Fields::text_pairs() {
   std::vector<std::pair<std::string, std::string>> pairs;
   for (const auto& [name, value] : value_->items()) {
-    taken_.insert(name);
+    if (!taken_.insert(name).second) continue;
     pairs.emplace_back(name, as_text(*file_, path(name), value));
   }
   return pairs;

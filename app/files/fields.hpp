@@ -42,7 +42,7 @@ class Fields {
   Fields object(std::string_view name);
   std::optional<Fields> optional_object(std::string_view name);
   std::vector<Fields> objects(std::string_view name);
-  /// Free keys with text values, as "facts".
+  /// Free keys with text values, as "facts": all that were not taken yet.
   std::vector<std::pair<std::string, std::string>> text_pairs();
 
   /// One of `allowed`, else an error that lists them.

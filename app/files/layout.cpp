@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "app/files/budget_json.hpp"
 #include "app/files/fields.hpp"
 
 namespace trammel {
@@ -172,6 +173,9 @@ Layout read_layout(const std::filesystem::path& path) {
     }
   }
   if (auto facts = top.optional_object("facts")) {
+    if (auto budget = facts->optional_object(kBudgetFact)) {
+      layout.facts[kBudgetFact] = read_budget(*budget);
+    }
     for (auto& [key, value] : facts->text_pairs()) layout.facts[key] = value;
   }
   top.done();

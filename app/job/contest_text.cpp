@@ -20,18 +20,18 @@ std::string line(const Json& row, const Json& timing, const std::string& picked)
   if (row.contains("failed")) {
     return fmt::format("  {:<20} could not run: {}\n", method, row["failed"].get<std::string>());
   }
-  return fmt::format(
-      "{} {:<20}{:9.4f}{:9.4f}{:9.4f}{:9.4f}{:9.3f}  {}\n", method == picked ? ">" : " ", method,
-      row["mean_mm"].get<double>(), row["p95_mm"].get<double>(), row["max_mm"].get<double>(),
-      row["U_k2_mm"].get<double>(), timing.value(method + "_s", 0.0), depends_on(row));
+  return fmt::format("{} {:<20}{:9.4f}{:9.4f}{:9.4f}{:9.3f}  {}\n", method == picked ? ">" : " ",
+                     method, row["mean_mm"].get<double>(), row["p95_mm"].get<double>(),
+                     row["max_mm"].get<double>(), timing.value(method + "_s", 0.0),
+                     depends_on(row));
 }
 
 }  // namespace
 
 std::string contest_table(const Json& details, const Json& timing) {
   if (!details.contains("table") || !details.contains("picked")) return {};
-  std::string text = fmt::format("  {:<20}{:>9}{:>9}{:>9}{:>9}{:>9}  {}\n", "held-out, mm", "mean",
-                                 "95 %", "max", "U (k=2)", "time, s", "what is left goes with");
+  std::string text = fmt::format("  {:<20}{:>9}{:>9}{:>9}{:>9}  {}\n", "held-out, mm", "mean",
+                                 "95 %", "max", "time, s", "what is left goes with");
   for (const Json& row : details["table"]) {
     text += line(row, timing, details["picked"].get<std::string>());
   }

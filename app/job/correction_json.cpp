@@ -61,7 +61,8 @@ Json map_json(const RbfNetwork& m) {
           {"w1_mm", list(m.weights_mm.col(0))},
           {"w2_mm", list(m.weights_mm.col(1))},
           {"w3_mm", list(m.weights_mm.col(2))},
-          {"bias_mm", list(m.bias_mm)}};
+          {"bias_mm", list(m.bias_mm)},
+          {"relative_ridge", m.relative_ridge}};
 }
 
 Json map_json(const GpMap& m) {
@@ -118,6 +119,7 @@ JointMap read_rbf(Fields& f) {
   m.weights_mm.col(1) = vector(numbers(f, "w2_mm", n));
   m.weights_mm.col(2) = vector(numbers(f, "w3_mm", n));
   m.bias_mm = vector(numbers(f, "bias_mm", 3));
+  m.relative_ridge = f.number("relative_ridge", 1e-8);  // older jobs: the paper's
   return m;
 }
 
@@ -140,14 +142,19 @@ JointMap read_gp(Fields& f) {
 
 Json vector3_json(const Eigen::Vector3d& v) { return Json::array({v[0], v[1], v[2]}); }
 
+Json epochs_json(const EpochShifts& shifts) {
+  Json epochs = Json::array();
+  for (const auto& [epoch, shift] : shifts) {
+    epochs.push_back({{"epoch", epoch},
+                      {"l_zero_mm", vector3_json(shift.l_zero_mm)},
+                      {"frame_mm_rad", vector3_json(shift.frame.vector())}});
+  }
+  return epochs;
+}
+
 Json model_json(const RobotModel& m) {
   Json json = {{"mechanism", mechanism_json(m.mechanism)}, {"chains", geometry_json(m.geometry)}};
-  json["epochs"] = Json::array();
-  for (const auto& [epoch, shift] : m.epochs) {
-    json["epochs"].push_back({{"epoch", epoch},
-                              {"l_zero_mm", vector3_json(shift.l_zero_mm)},
-                              {"frame_mm_rad", vector3_json(shift.frame.vector())}});
-  }
+  json["epochs"] = epochs_json(m.epochs);
   json["effects"] = Json::array();
   for (const ActiveEffect& active : m.effects) {
     json["effects"].push_back({{"name", active.effect->name}, {"values", list(active.values)}});
@@ -159,16 +166,22 @@ Eigen::Vector3d read_vector3(Fields& f, const std::string& name) {
   return vector(numbers(f, name, 3));
 }
 
-RobotModel read_model(Fields f) {
-  RobotModel m;
-  m.mechanism = read_mechanism(f.object("mechanism"));
-  m.geometry = read_geometry(f);
+EpochShifts read_epochs(Fields& f) {
+  EpochShifts shifts;
   for (Fields& e : f.objects("epochs")) {
-    EpochShift& shift = m.epochs[e.integer("epoch")];
+    EpochShift& shift = shifts[e.integer("epoch")];
     shift.l_zero_mm = read_vector3(e, "l_zero_mm");
     shift.frame = Pose::from(read_vector3(e, "frame_mm_rad"));
     e.done();
   }
+  return shifts;
+}
+
+RobotModel read_model(Fields f) {
+  RobotModel m;
+  m.mechanism = read_mechanism(f.object("mechanism"));
+  m.geometry = read_geometry(f);
+  m.epochs = read_epochs(f);
   for (Fields& e : f.objects("effects")) {
     const Effect& effect = find_effect(e.text("name"));
     m.effects.push_back({&effect, vector(numbers(e, "values", effect.parameters.size()))});
@@ -196,7 +209,10 @@ Json correction_json(const Correction& correction) {
   const auto geometry = [&](const GeometryCorrection& c) {
     json["chains"] = geometry_json(c.geometry);
   };
-  const auto map = [&](const MapCorrection& c) { json["map"] = any_map(c.map); };
+  const auto map = [&](const MapCorrection& c) {
+    json["map"] = any_map(c.map);
+    if (!c.epochs.empty()) json["epochs"] = epochs_json(c.epochs);
+  };
   const auto model = [&](const ModelCorrection& c) { json["model"] = model_json(c.model); };
   const auto hybrid = [&](const HybridCorrection& c) {
     json["model"] = model_json(c.model);
@@ -210,7 +226,10 @@ Correction read_correction(Fields f) {
   const std::string kind = f.choice("kind", {"nominal", "geometry", "map", "model", "hybrid"});
   Correction correction = NominalCorrection{};
   if (kind == "geometry") correction = GeometryCorrection{read_geometry(f)};
-  if (kind == "map") correction = MapCorrection{read_map(f.object("map"))};
+  if (kind == "map") {
+    correction =
+        MapCorrection{read_map(f.object("map")), f.has("epochs") ? read_epochs(f) : EpochShifts{}};
+  }
   if (kind == "model") correction = ModelCorrection{read_model(f.object("model"))};
   if (kind == "hybrid") {
     correction = HybridCorrection{read_model(f.object("model")), read_map(f.object("map"))};

@@ -242,7 +242,7 @@ std::string gap_text(const Json& d) {
     text += fmt::format("{}{:<25} {:>18} {:>18}   {}\n", kIndent, g["model"].get<std::string>(),
                         rms(g["identify_rms_mm"]), rms(g["validate_rms_mm"]), closed);
   }
-  return text + fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent, "noise floor",
+  return text + fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent, "sigma per coordinate",
                             rms(d["noise_floor_mm"]), rms(d["noise_floor_mm"]));
 }
 

@@ -86,12 +86,22 @@ std::string goodness_words(const Goodness& g) {
   if (g.dof <= 0) {
     return "no degrees of freedom are left: the residuals cannot tell whether the model is right";
   }
+  const std::string chance = fmt::format("{:.2f} to {:.2f} in all but 1 of {:.0f} fits", g.least,
+                                         g.limit, 0.5 / kFalseMisfit);
+  if (g.too_good) {
+    return fmt::format(
+        "residuals are {:.2g} of the noise, less than noise leaves ({}): is sigma in the right "
+        "unit, or are these no readings?",
+        g.ratio, chance);
+  }
   const std::string ratio = fmt::format("residuals are {:.2f} times the noise, ", g.ratio);
-  if (g.explained) return ratio + "as chance may leave them: the model explains these readings";
+  if (g.explained)
+    return ratio + "within what noise alone leaves (" + chance +
+           "): the model explains these readings";
   return ratio + fmt::format(
-                     "more than chance ({:.2f} in 1 of {:.0f}): something is there that the model "
-                     "cannot explain; uncertainties are widened by as much",
-                     g.limit, 1 / kFalseMisfit);
+                     "more than noise alone leaves ({}): something is there that the model cannot "
+                     "explain; uncertainties are widened by as much",
+                     chance);
 }
 
 Json details_of(const Identification& of, const Scaled& s, const std::vector<Beyond>& beyond) {
@@ -109,6 +119,7 @@ Json details_of(const Identification& of, const Scaled& s, const std::vector<Bey
   json["sigma_ratio"] = of.goodness.ratio;
   json["uncertainty_scale"] = of.goodness.scale;
   json["explained"] = of.goodness.explained;
+  json["too_good"] = of.goodness.too_good;
   json["observability"] = object_with("O1", o.O1, "O2", o.O2, "O3", o.O3, "O4", o.O4, "O5", o.O5);
   json["parameters"] = list(std::views::iota(std::size_t{0}, of.parameters.size()),
                             [&](std::size_t k) { return parameter_json(of, s, k); });

@@ -12,7 +12,7 @@
 #include "core/judge/deviation.hpp"
 #include "core/judge/seen.hpp"
 #include "core/plane/hull.hpp"
-#include "core/statistics/bootstrap.hpp"
+#include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
 #include "core/units.hpp"
 #include "store/session.hpp"
@@ -178,7 +178,7 @@ std::vector<store::Statistic> statistics(const std::vector<Judged>& judged) {
   return all;
 }
 
-/// Interval of each improvement, and U (k = 2) of a held-out coordinate.
+/// Interval of each improvement.
 Json improvements(const std::vector<Judged>& judged) {
   Json all = Json::array();
   for (const Standing standing : {Standing::fitted, Standing::unseen}) {
@@ -187,11 +187,9 @@ Json improvements(const std::vector<Judged>& judged) {
     const Errors errors = errors_in(Figure::position_mm, points);
     const auto interval = improvement_interval_pct(errors.before, errors.after);
     if (!interval) continue;
-    Json row = object_with("set", set_of(standing), "metric", "position_mm", "in_sample",
-                           standing == Standing::fitted, "improvement_low_pct", interval->low,
-                           "improvement_high_pct", interval->high);
-    if (standing == Standing::unseen) row["U_k2_mm"] = coordinate_U_mm(errors.after);
-    all.push_back(std::move(row));
+    all.push_back(object_with("set", set_of(standing), "metric", "position_mm", "in_sample",
+                              standing == Standing::fitted, "improvement_low_pct", interval->low,
+                              "improvement_high_pct", interval->high));
   }
   return all;
 }
@@ -199,14 +197,11 @@ Json improvements(const std::vector<Judged>& judged) {
 std::vector<std::string> improvement_words(const Json& improvements) {
   std::vector<std::string> words;
   for (const Json& row : improvements) {
-    std::string text = fmt::format(
-        "{} position: 95 % interval of the gain {:.1f} to {:.1f} % (paired bootstrap)",
+    words.push_back(fmt::format(
+        "{} position: 95 % interval of the gain {:.1f} to {:.1f} % (t of the log ratio); `trammel "
+        "assess --job` gives U",
         row["in_sample"].get<bool>() ? "in-sample" : "held-out",
-        row["improvement_low_pct"].get<double>(), row["improvement_high_pct"].get<double>());
-    if (row.contains("U_k2_mm")) {
-      text += fmt::format(", U of a coordinate {:.4f} mm (k = 2)", row["U_k2_mm"].get<double>());
-    }
-    words.push_back(text);
+        row["improvement_low_pct"].get<double>(), row["improvement_high_pct"].get<double>()));
   }
   return words;
 }

@@ -14,7 +14,7 @@
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
 #include "core/plane/blocks.hpp"
-#include "core/statistics/bootstrap.hpp"
+#include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
 
 namespace trammel::job {
@@ -151,7 +151,6 @@ Json row_json(const Trial& trial, const std::vector<Reading>& rows) {
   row["mean_mm"] = s.mean;
   row["p95_mm"] = s.p95;
   row["max_mm"] = s.max;
-  row["U_k2_mm"] = coordinate_U_mm(trial.position_mm);
   row["n"] = s.n;
   row["depends_on"] = Json::object();
   for (const auto& [name, share] : dependences(trial, rows)) row["depends_on"][name] = share;
@@ -191,10 +190,10 @@ std::vector<std::string> effect_names(const Campaign& campaign, StageResult& out
 
 void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign& campaign,
            const std::vector<Reading>& rows, StageResult& out) {
-  const double floor_mm = noise_floor_mean_mm(noise_level(campaign).sigma.xy_mm);
+  const NoiseLevel noise = noise_level(campaign);
   const double mean_mm = summarise(trials[picked].position_mm).mean;
   out.details["picked"] = trials[picked].candidate.name;
-  out.details["floor_mean_mm"] = floor_mm;
+  out.details["floor_mean_mm"] = noise_floor_mean_mm(noise.sigma.xy_mm);
   const auto left = dependences(trials[picked], rows);
   std::string depends;
   for (const auto& [name, share] : left) {
@@ -207,7 +206,8 @@ void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign&
   out.words.push_back(
       "rule: the least held-out mean, or the simplest (topmost) method whose 95 % "
       "interval of the paired difference to it holds zero");
-  out.words.push_back(floor_verdict(mean_mm, floor_mm));
+  out.words.push_back(floor_verdict(mean_mm, trials[picked].position_mm.size(), noise.sigma.xy_mm,
+                                    noise.degrees_of_freedom));
 }
 
 StageResult run_contest(const Campaign& campaign, const Json& parameters) {

@@ -14,7 +14,8 @@ Json complete_idw(const Json& given) {
   Fields f(file);
   const Json all = {{"power", f.number("power", 2.0)},
                     {"neighbours", f.integer("neighbours", 0)},
-                    {"tune", f.boolean("tune", false)}};
+                    {"tune", f.boolean("tune", false)},
+                    {"epochs", f.choice("epochs", {"auto", "own", "shared"}, "auto")}};
   f.done();
   if (!(all["power"].get<double>() > 0)) {
     f.refuse("power", "a power must be positive", "2: the paper's");
@@ -32,7 +33,8 @@ Json complete_rbf(const Json& given) {
                     {"seed", f.integer("seed", 1)},
                     {"relative_ridge", f.number("relative_ridge", 1e-8)},
                     {"sigma_mm", f.number("sigma_mm", 0.0)},
-                    {"smooth", f.boolean("smooth", false)}};
+                    {"smooth", f.boolean("smooth", false)},
+                    {"epochs", f.choice("epochs", {"auto", "own", "shared"}, "auto")}};
   f.done();
   if (all["seed"].get<int>() < 0) f.refuse("seed", "a seed is not negative", "0, 1, 2, …");
   if (all["neurons"].get<int>() < 1) {
@@ -75,7 +77,9 @@ Json training_scores(const JointMap& map, const std::vector<JointSample>& sample
 constexpr std::size_t kMostIdwSamples = 20000;  // every query looks at every sample
 
 StageResult run_idw(const Campaign& campaign, const Json& p) {
-  const auto samples = joint_samples(campaign.mechanism, identify_rows(campaign));
+  StageResult out;
+  const MapRows from = map_rows(campaign, p, out);
+  const auto samples = joint_samples(campaign.mechanism, from.rows);
   if (samples.size() > kMostIdwSamples) {
     throw InputError({.what = "there are too many readings for inverse distance weighting",
                       .got = std::to_string(samples.size()),
@@ -86,16 +90,17 @@ StageResult run_idw(const Campaign& campaign, const Json& p) {
   if (p["tune"].get<bool>()) options = tune_idw(samples);
   const IdwMap map = fit_idw(samples, options);
   const bool each_alone = samples.size() == map.x_mm.size();
-  return {
-      .correction = MapCorrection{map},
-      .details = {{"samples", samples.size()},
-                  {"places", map.x_mm.size()},
-                  {"power", options.power},
-                  {"neighbours", options.neighbours}},
-      .words = {fmt::format("{} readings in {} places; in-sample errors are {}, and say "
-                            "nothing of the map between them",
-                            samples.size(), map.x_mm.size(),
-                            each_alone ? "zero by construction" : "the scatter in each place")}};
+  out.correction = MapCorrection{map, from.shifts};
+  out.details = {{"samples", samples.size()},
+                 {"places", map.x_mm.size()},
+                 {"power", options.power},
+                 {"neighbours", options.neighbours}};
+  out.words.push_back(
+      fmt::format("{} readings in {} places; in-sample errors are {}, and say nothing of the map "
+                  "between them",
+                  samples.size(), map.x_mm.size(),
+                  each_alone ? "zero by construction" : "the scatter in each place"));
+  return out;
 }
 
 double least_loo(const RbfTraining& training) {
@@ -123,21 +128,22 @@ RbfTraining train(const std::vector<JointSample>& samples, const Json& p) {
 }
 
 StageResult run_rbf(const Campaign& campaign, const Json& p) {
-  const auto samples = joint_samples(campaign.mechanism, identify_rows(campaign));
+  StageResult out;
+  const MapRows from = map_rows(campaign, p, out);
+  const auto samples = joint_samples(campaign.mechanism, from.rows);
   const RbfTraining training = train(samples, p);
   Json trials = Json::array();
   for (const SpreadTrial& t : training.trials) {
     trials.push_back({{"sigma_mm", t.sigma_mm}, {"loo_rms_mm", t.loo_rms_mm}});
   }
   const JointMap map = training.network;
-  StageResult out{.correction = MapCorrection{map},
-                  .details = {{"samples", samples.size()},
-                              {"neurons", training.network.cx_mm.size()},
-                              {"sigma_mm", training.sigma_mm},
-                              {"kmeans_iterations", training.kmeans_iterations},
-                              {"trials", trials},
-                              {"training", training_scores(map, samples)}},
-                  .words = {}};
+  out.correction = MapCorrection{map, from.shifts};
+  out.details = {{"samples", samples.size()},
+                 {"neurons", training.network.cx_mm.size()},
+                 {"sigma_mm", training.sigma_mm},
+                 {"kmeans_iterations", training.kmeans_iterations},
+                 {"trials", trials},
+                 {"training", training_scores(map, samples)}};
   out.words.push_back(fmt::format(
       "{} neurons with the common spread {:.1f} mm{}", training.network.cx_mm.size(),
       training.sigma_mm, training.trials.empty() ? " as given" : ", chosen by leave-one-out"));

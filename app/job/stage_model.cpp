@@ -12,7 +12,7 @@
 #include "core/judge/deviation.hpp"
 #include "core/measure/noise.hpp"
 #include "core/plane/blocks.hpp"
-#include "core/statistics/bootstrap.hpp"
+#include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
 #include "core/units.hpp"
 
@@ -310,14 +310,17 @@ StageResult run_hybrid(const Campaign& campaign, const Json& parameters) {
 
 Json complete_gp(const Json& given) {
   const JsonFile file = parse_json(given.dump(), "parameters of gp");
-  const Fields f(file);
+  Fields f(file);
+  const Json all = {{"epochs", f.choice("epochs", {"auto", "own", "shared"}, "auto")}};
   f.done();
-  return Json::object();
+  return all;
 }
 
-StageResult run_gp(const Campaign& campaign, const Json&) {
-  const GpMap map = fit_gp(joint_samples(campaign.mechanism, identify_rows(campaign)));
-  StageResult out{.correction = MapCorrection{map}, .details = {}, .words = {}};
+StageResult run_gp(const Campaign& campaign, const Json& parameters) {
+  StageResult out;
+  const MapRows from = map_rows(campaign, parameters, out);
+  const GpMap map = fit_gp(joint_samples(campaign.mechanism, from.rows));
+  out.correction = MapCorrection{map, from.shifts};
   for (std::size_t i = 0; i < kChains; ++i) {
     const GpJoint& j = map.joints[i];
     out.details["joints"].push_back({{"joint", i + 1},

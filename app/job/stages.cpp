@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/measure/epochs.hpp"
+#include "core/units.hpp"
 
 namespace trammel::job {
 
@@ -63,6 +64,23 @@ std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mec
                     }).conditions.epoch;
   for (Reading& r : rows) r.conditions.epoch = first;
   return rows;
+}
+
+MapRows map_rows(const Campaign& campaign, const Json& parameters, StageResult& out) {
+  const std::vector<Reading> rows = with_epochs(identify_rows(campaign), campaign.mechanism,
+                                                parameters["epochs"].get<std::string>(), out.words);
+  MapRows found{.rows = {}, .shifts = epoch_shifts(campaign.mechanism, rows)};
+  found.rows = without_shifts(rows, found.shifts);
+  for (const auto& [epoch, shift] : found.shifts) {
+    const Pose& f = shift.frame;
+    const Displacements& l = shift.l_zero_mm;
+    out.words.push_back(
+        fmt::format("epoch {}: frame {:+.4f}, {:+.4f} mm and {:+.4f} deg, joint zeros {:+.4f}, "
+                    "{:+.4f}, {:+.4f} "
+                    "mm from the first epoch, taken out before the map was made",
+                    epoch, f.x_mm, f.y_mm, deg_from_rad(f.phi_rad), l[0], l[1], l[2]));
+  }
+  return found;
 }
 
 }  // namespace trammel::job

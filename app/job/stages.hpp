@@ -43,6 +43,14 @@ std::vector<Reading> identify_rows(const Campaign& campaign);
 std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mechanism,
                                  const std::string& choice, std::vector<std::string>& words);
 
+/// What a map is made of: the identify rows as they would have been in the first epoch, and the
+/// shifts of the later ones that were taken out of them, by the rule of with_epochs.
+struct MapRows {
+  std::vector<Reading> rows;
+  EpochShifts shifts;
+};
+MapRows map_rows(const Campaign& campaign, const Json& parameters, StageResult& out);
+
 Stage lsq_stage();
 Stage idw_stage();
 Stage rbf_stage();

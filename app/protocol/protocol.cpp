@@ -6,6 +6,7 @@
 
 #include "app/files/fields.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/files/published_json.hpp"
 #include "app/job/stages.hpp"
 
 namespace trammel::protocol {
@@ -165,6 +166,9 @@ Protocol protocol_of(const JsonFile& file, const std::filesystem::path& path) {
   const std::string robot = top.text("robot");
   if (robot.empty()) top.refuse("robot", "no file is named");
   protocol.robot = path.parent_path() / robot;
+  if (auto published = top.optional_object("published")) {
+    protocol.published = read_published(*published);
+  }
   std::vector<Fields> steps = top.objects("steps");
   if (steps.empty() || steps.size() > kMaxSteps) {
     top.refuse("steps", "wrong number of steps", "1 to 1000");

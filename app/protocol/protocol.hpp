@@ -45,6 +45,7 @@ struct Protocol {
   std::string name;  // of the campaign
   std::string about;
   std::filesystem::path robot;  // the virtual robot's file
+  std::string published = {};   // the campaign's fact (app/files/published_json.hpp); "": none
   std::vector<Step> steps;
 };
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/device/open.hpp"
+#include "app/files/published_json.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
@@ -86,6 +87,7 @@ StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step)
             .detail = fmt::format("skipped: {} suggests no points", step.next_points_of)};
   }
   request.stage = stage_of(run.protocol);
+  if (!run.protocol.published.empty()) request.facts[kPublishedFact] = run.protocol.published;
   if (step.compensate) {
     request.compensation_job = correction_of_step(run, stored, *step.compensate);
   }

@@ -17,7 +17,6 @@ ParameterRow parameter_row(const Json& p, const char* value) {
   row.epoch = p.value("epoch", 1);
   row.identified = p.value("identified", true);
   row.dropped = p.value("dropped", false);
-  row.paper = paper_parameter(row.name);
   if (row.identified) {
     row.value = p.at(value);
     row.standard_uncertainty = p.at("standard_uncertainty");

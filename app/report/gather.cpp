@@ -6,13 +6,19 @@
 #include <cmath>
 #include <set>
 
+#include "app/files/budget_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/job/run.hpp"
+#include "app/job/stages.hpp"
 #include "app/report/from_job.hpp"
 #include "app/report/methods.hpp"
+#include "app/report/print.hpp"
 #include "app/report/remarks.hpp"
 #include "app/report/simulation.hpp"
+#include "core/calibrate/map_uncertainty.hpp"
+#include "core/calibrate/uncertainty.hpp"
 #include "core/judge/before_after.hpp"
+#include "core/judge/range.hpp"
 #include "core/measure/noise.hpp"
 #include "core/plane/circle.hpp"
 #include "core/statistics/limits.hpp"
@@ -26,8 +32,10 @@ std::optional<Demand> demand_on(const ErrorTable& table, const std::optional<dou
   if (table.method != kModel || table.figure != "position" || !floor_mm) return std::nullopt;
   if (table.standing == Standing::unknown_epoch) return std::nullopt;
   Demand demand;
-  demand.reached = table.improvement_pct && *table.improvement_pct >= demand.improvement_pct &&
-                   table.after.mean <= demand.floor_ratio * *floor_mm;
+  if (!table.improvement_pct) return std::nullopt;
+  demand.perfect_pct = 100 * (1 - *floor_mm / table.before.mean);
+  const bool better = *table.improvement_pct >= demand.improvement_pct || !demand.within_reach();
+  demand.reached = better && table.after.mean <= demand.floor_ratio * *floor_mm;
   return demand;
 }
 
@@ -58,7 +66,11 @@ void add_tables(Report& report, const Comparison& c) {
         std::any_of(report.tables.begin(), report.tables.end(),
                     [&table](const ErrorTable& other) { return other.id == table.id; });
     if (taken) table.id += "-" + c.group->walk->session.name;
-    table.paper = paper_figures(table.id);
+    if (report.published) {
+      const auto& printed = report.published->tables;
+      const auto at = std::ranges::find(printed, table.id, &PublishedTable::id);
+      if (at != printed.end()) table.paper = *at;
+    }
     table.demand = demand_on(table, report.floor_mean_mm);
     report.tables.push_back(std::move(table));
   }
@@ -159,8 +171,51 @@ void add_origin(Report& report, store::Connection& connection, store::Id campaig
   for (const store::Exclusion& e : measured.exclusions) {
     report.exclusions.push_back(fmt::format("seq {}: {}", e.seq, e.reason));
   }
-  for (const auto& fact : measured.campaign.facts) report.facts.push_back(fact);
+  for (const auto& fact : measured.campaign.facts) {
+    if (fact.first != kBudgetFact && fact.first != kPublishedFact) report.facts.push_back(fact);
+  }
   report.chain_head = store::hex(store::chain_head(connection, campaign_id));
+}
+
+/// What the correction knows of itself at the points that a comparison judges, within its range:
+/// root mean square of the standard uncertainties.
+std::optional<double> model_u_mm(store::Connection& connection, const Measured& measured,
+                                 const Comparison& c, const TrackerSigma& sigma) {
+  const Campaign trained =
+      store::load_campaign(connection, c.job->data.campaign_id, {.sessions = c.job->data.sessions})
+          .campaign;
+  const std::vector<Reading> fitted = job::identify_rows(trained);
+  if (fitted.size() > kMostFieldSamples) return std::nullopt;
+  const auto own = own_uncertainty(job::correction_of(c.job->data.result_json),
+                                   measured.campaign.mechanism, fitted, sigma);
+  if (!own) return std::nullopt;
+  const FittedRange range = fitted_range(fitted);
+  double squares = 0;
+  int n = 0;
+  for (const Pair& pair : c.paired.pairs) {
+    if (!range.why_outside(pair.before->reading.target).empty()) continue;
+    squares += std::pow(own->of(pair.before->reading).U_mm / 2, 2);
+    ++n;
+  }
+  if (n == 0) return std::nullopt;
+  return std::sqrt(squares / n);
+}
+
+/// Behind the correction that the headline speaks of.
+void add_budget(Report& report, store::Connection& connection, const Measured& measured,
+                const std::vector<Comparison>& compared) {
+  const ErrorTable* best = best_table(report);
+  if (best == nullptr || !report.floor_mean_mm) return;
+  const NoiseLevel noise = noise_level(measured.campaign);
+  const auto judged = std::ranges::find_if(compared, [best](const Comparison& c) {
+    return method_of(*c.job) == best->method && c.standing == best->standing &&
+           c.paired.pairs.size() == best->before.n;
+  });
+  std::optional<double> u_mm;
+  if (judged != compared.end()) {
+    u_mm = model_u_mm(connection, measured, *judged, noise.sigma);
+  }
+  report.budget = budget_of(measured.campaign, budget_facts(measured.campaign), noise, u_mm);
 }
 
 /// Which points judge no method, and why.
@@ -196,6 +251,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
                 .noise = {},
                 .n_readings = campaign.n_readings - campaign.n_exclusions,
                 .n_excluded = campaign.n_exclusions};
+  report.published = published_of(measured.campaign);
   add_noise(report, measured);
   const std::vector<Group> groups = baseline_groups(measured);
   std::map<const Group*, std::map<std::string, const Paired*>> held_out;
@@ -220,6 +276,12 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   }
   if (const auto lsq = jobs.find("lsq"); lsq != jobs.end()) {
     report.identification = identification_of(lsq->second);
+    if (report.published) {
+      for (ParameterRow& row : report.identification->parameters) {
+        const auto printed = report.published->parameters.find(row.name);
+        if (printed != report.published->parameters.end()) row.paper = printed->second;
+      }
+    }
   }
   if (const auto rbf = jobs.find("rbf"); rbf != jobs.end())
     report.network = network_of(rbf->second);
@@ -227,6 +289,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
     report.story = story_of(connection, measured, diagnosis->second);
   }
   add_origin(report, connection, campaign.id, measured);
+  add_budget(report, connection, measured, compared);
   report.remarks = remarks_on(report);
   add_new_epochs(report, compared);
   return report;

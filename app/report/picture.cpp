@@ -188,7 +188,7 @@ std::string method_bars(const Report& report, const ErrorTable& table, Glyphs gl
     text += line(other.method + (other.after_predicted ? " *" : ""), other.after.mean);
   }
   if (!report.floor_mean_mm) return text;
-  return text + fmt::format("{} noise floor, {:.4f}: what a perfect robot reads\n",
+  return text + fmt::format("{} mean length of a perfect reading, {:.4f}\n",
                             glyphs == Glyphs::blocks ? "│" : "|", *report.floor_mean_mm);
 }
 

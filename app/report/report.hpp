@@ -6,28 +6,26 @@
 #include <string>
 #include <vector>
 
+#include "app/files/published_json.hpp"
 #include "app/report/story.hpp"
+#include "core/judge/budget.hpp"
 #include "core/judge/seen.hpp"
 #include "core/statistics/summary.hpp"
 
 namespace trammel::report {
 
-/// The paper's own figures for a table of ours. Source: Zhang et al. 2024, Tables IV to XI.
-struct PaperFigures {
-  std::string table = {};  // "IV"
-  bool in_sample = false;  // the paper's lsq judged the points it fitted, its maps unmeasured ones
-  double before_mean = 0, before_max = 0, before_min = 0;
-  double after_mean = 0, after_max = 0, after_min = 0;
-};
-
 /// The method of a diagnosis in tables: the geometry with the effects that were named.
 inline constexpr const char* kModel = "model";
 
-/// What is asked of the model's position error: both must hold.
+/// What is asked of the model's position error: both must hold, the first where a perfect robot
+/// would reach it from this baseline.
 struct Demand {
   double improvement_pct = 90;
-  double floor_ratio = 1.3;  // mean after over the noise floor
+  double floor_ratio = 1.3;  // mean after over the mean length of a perfect reading
+  double perfect_pct = 100;  // improvement that a perfect robot shows
   bool reached = false;
+
+  [[nodiscard]] bool within_reach() const { return perfect_pct >= improvement_pct; }
 };
 
 /// One point of a table: where it was meant to be, and its errors.
@@ -48,9 +46,9 @@ struct ErrorTable {
   Summary before = {};
   Summary after = {};
   std::optional<double> improvement_pct = {};  // none where the fit cannot know the epoch
-  std::optional<PaperFigures> paper = {};
-  std::vector<PointError> points = {};  // in the order of measurement
-  std::optional<Demand> demand = {};    // position of the model, where the noise floor is known
+  std::optional<PublishedTable> paper = {};    // what was printed beside it
+  std::vector<PointError> points = {};         // in the order of measurement
+  std::optional<Demand> demand = {};  // position of the model, where the noise floor is known
 
   [[nodiscard]] bool in_sample() const { return standing == Standing::fitted; }
 };
@@ -112,7 +110,7 @@ struct ParameterRow {
   double standard_uncertainty = 0;
   bool identified = false;           // by itself; else the value means nothing alone
   bool dropped = false;              // as small, by repeated identification
-  std::optional<double> paper = {};  // the paper's Table III, where it printed a value
+  std::optional<double> paper = {};  // as published, where a value was
 };
 struct Identification {
   std::string job_key = {};
@@ -168,21 +166,14 @@ struct Report {
   std::vector<StoryRound> story = {};
   std::vector<SessionRow> sessions = {};
   std::vector<JobRow> jobs = {};
-  std::vector<std::string> exclusions = {};                     // "seq 7: beam hit by a sleeve"
+  std::vector<std::string> exclusions = {};  // "seq 7: beam hit by a sleeve"
+  std::optional<Published> published = {};   // figures that were printed of such a campaign
+  std::vector<BudgetRow> budget = {};        // of the correction of best_table; none without sigma
   std::vector<std::pair<std::string, std::string>> facts = {};  // the campaign's own
   std::string chain_head = {};                                  // SHA-256 over all readings
 };
 
-/// The paper's figures for a table's id, where it printed any.
-std::optional<PaperFigures> paper_figures(const std::string& id);
-
-/// The paper's identified value of a parameter (Table III), mm or deg, where it printed one.
-std::optional<double> paper_parameter(const std::string& name);
-
-/// Tables XI and VIII of the paper.
-inline constexpr CircleDeviation kPaperCircles = {0.0367, 0.0432, 0.0993};  // means after, mm
-inline constexpr double kPaperMae_mm = 0.0391;
-inline constexpr double kPaperMse_mm2 = 0.0018;
-inline constexpr std::array<double, 3> kPaperR2Pearson = {0.8854, 0.9656, 0.9655};
+/// Mean deviations of circles after a correction that were published, where they were.
+std::optional<CircleDeviation> published_circles(const Report& report);
 
 }  // namespace trammel::report

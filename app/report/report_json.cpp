@@ -1,3 +1,4 @@
+#include "app/report/budget.hpp"
 #include "app/report/print.hpp"
 #include "app/report/simulation.hpp"
 
@@ -19,14 +20,15 @@ Json optional_json(const std::optional<double>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-Json paper_json(const PaperFigures& paper) {
-  return {
-      {"table", paper.table},
-      {"in_sample", paper.in_sample},
-      {"before",
-       {{"mean", paper.before_mean}, {"max", paper.before_max}, {"min", paper.before_min}}},
-      {"after", {{"mean", paper.after_mean}, {"max", paper.after_max}, {"min", paper.after_min}}},
-      {"improvement_pct", 100 * (1 - paper.after_mean / paper.before_mean)}};
+Json paper_json(const PublishedTable& paper) {
+  const auto three = [](const std::vector<double>& v) {
+    return Json{{"mean", v[0]}, {"max", v[1]}, {"min", v[2]}};
+  };
+  return {{"table", paper.table},
+          {"in_sample", paper.in_sample},
+          {"before", three(paper.before)},
+          {"after", three(paper.after)},
+          {"improvement_pct", 100 * (1 - paper.after[0] / paper.before[0])}};
 }
 
 Json before_after_json(const ErrorTable& table) {
@@ -45,6 +47,8 @@ Json table_json(const ErrorTable& table) {
   if (table.demand) {
     json["demand"] = {{"improvement_pct_at_least", table.demand->improvement_pct},
                       {"floor_ratio_at_most", table.demand->floor_ratio},
+                      {"perfect_improvement_pct", table.demand->perfect_pct},
+                      {"improvement_within_reach", table.demand->within_reach()},
                       {"reached", table.demand->reached}};
   }
   return json;
@@ -55,7 +59,7 @@ Json deviation_json(const CircleDeviation& d) {
       {"centre_x_mm", d.centre_x_mm}, {"centre_y_mm", d.centre_y_mm}, {"radius_mm", d.radius_mm}};
 }
 
-Json circles_json(const CircleTable& circles) {
+Json circles_json(const CircleTable& circles, const std::optional<CircleDeviation>& printed) {
   const ErrorTable& errors = most_unseen(circles);
   Json json = {{"id", "circles"}, {"method", circles.method}, {"figure", "position"},
                {"unit", "mm"},    {"set", errors.set},        {"in_sample", errors.in_sample()}};
@@ -78,7 +82,7 @@ Json circles_json(const CircleTable& circles) {
   }
   json["mean_abs_before"] = deviation_json(mean_deviation(circles, &CircleRow::before));
   json["mean_abs_after"] = deviation_json(mean_deviation(circles, &CircleRow::after));
-  json["paper"] = {{"table", "XI"}, {"mean_abs_after", deviation_json(kPaperCircles)}};
+  if (printed) json["paper"] = {{"table", "XI"}, {"mean_abs_after", deviation_json(*printed)}};
   return json;
 }
 
@@ -101,16 +105,18 @@ Json parameters_json(const std::vector<ParameterRow>& rows) {
   return json;
 }
 
-Json network_json(const NetworkFit& fit) {
+Json network_json(const NetworkFit& fit, const std::optional<Published>& published) {
   Json json = {{"neurons", fit.neurons},   {"n", fit.n},
                {"sigma_mm", fit.sigma_mm}, {"mae_mm", fit.mae_mm},
                {"mse_mm2", fit.mse_mm2},   {"in_sample", true}};
   for (const auto& value : fit.r2_pearson) json["r2_pearson"].push_back(optional_json(value));
   for (const auto& value : fit.r2) json["r2"].push_back(optional_json(value));
-  json["paper"] = {{"table", "VIII"},
-                   {"mae_mm", kPaperMae_mm},
-                   {"mse_mm2", kPaperMse_mm2},
-                   {"r2_pearson", kPaperR2Pearson}};
+  if (published && published->network_mae_mm) {
+    json["paper"] = {{"table", "VIII"},
+                     {"mae_mm", *published->network_mae_mm},
+                     {"mse_mm2", optional_json(published->network_mse_mm2)},
+                     {"r2_pearson", published->network_r2_pearson}};
+  }
   return json;
 }
 
@@ -142,6 +148,7 @@ Json origin_json(const Report& report) {
           {"jobs", jobs},
           {"exclusions", report.exclusions},
           {"facts", facts},
+          {"budget", budget_json(report.budget)},
           {"chain_head", report.chain_head}};
 }
 
@@ -160,7 +167,8 @@ nlohmann::ordered_json to_json(const Report& report) {
                {"remarks", report.remarks},
                {"tables", Json::array()}};
   for (const ErrorTable& table : report.tables) json["tables"].push_back(table_json(table));
-  if (report.circles) json["tables"].push_back(circles_json(*report.circles));
+  if (report.circles)
+    json["tables"].push_back(circles_json(*report.circles, published_circles(report)));
   if (report.contest) json["contest"] = contest_json(*report.contest);
   if (const auto& found = report.identification) {
     json["identification"] = {{"job_key", found->job_key},
@@ -172,7 +180,7 @@ nlohmann::ordered_json to_json(const Report& report) {
                               {"words", found->words}};
   }
   if (!report.simulation.empty()) json["simulation"] = simulation_json(report.simulation);
-  if (report.network) json["network"] = network_json(*report.network);
+  if (report.network) json["network"] = network_json(*report.network, report.published);
   if (!report.story.empty()) json["story"] = story_json(report.story);
   json.update(origin_json(report));
   return json;

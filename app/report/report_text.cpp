@@ -5,12 +5,13 @@
 #include <tuple>
 
 #include "app/files/numbers.hpp"
+#include "app/report/budget.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/print.hpp"
 #include "app/report/simulation.hpp"
 #include "app/terminal/lines.hpp"
 #include "app/terminal/text.hpp"
-#include "core/statistics/bootstrap.hpp"
+#include "core/statistics/interval.hpp"
 
 namespace trammel::report {
 
@@ -38,15 +39,14 @@ std::string row(const std::string& label, const std::string& set, const std::str
   return line + "\n";
 }
 
-std::string paper_row(const PaperFigures& paper, bool narrow) {
-  const auto columns = [narrow](double mean, double max, double min) {
-    if (narrow) return fmt::format("{:7.4f} {:7.4f}", mean, max);
-    return fmt::format("{:7.4f} {:7.4f} {:7.4f}", mean, max, min);
+std::string paper_row(const PublishedTable& paper, bool narrow) {
+  const auto columns = [narrow](const std::vector<double>& v) {  // mean, max, min
+    if (narrow) return fmt::format("{:7.4f} {:7.4f}", v[0], v[1]);
+    return fmt::format("{:7.4f} {:7.4f} {:7.4f}", v[0], v[1], v[2]);
   };
   return row("  paper, " + paper.table, paper.in_sample ? "in-sample" : "held-out", "",
-             columns(paper.before_mean, paper.before_max, paper.before_min),
-             columns(paper.after_mean, paper.after_max, paper.after_min),
-             percent(100 * (1 - paper.after_mean / paper.before_mean)), narrow);
+             columns(paper.before), columns(paper.after),
+             percent(100 * (1 - paper.after[0] / paper.before[0])), narrow);
 }
 
 std::string figure_tables(const Report& report, const std::string& figure, bool narrow) {
@@ -68,7 +68,7 @@ std::string figure_tables(const Report& report, const std::string& figure, bool 
   }
   const auto& floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
   if (!text.empty() && floor) {
-    text += row("noise floor", "", "", "", fmt::format("{:7.4f}", *floor), "", narrow);
+    text += row("perfect reading", "", "", "", fmt::format("{:7.4f}", *floor), "", narrow);
   }
   return text;
 }
@@ -86,8 +86,9 @@ std::string notes(const Report& report) {
       std::string(new_epoch ? "new epoch: homed or framed anew since the fit, which these points "
                               "cannot judge.\n"
                             : "") +
-      terminal::wrapped("noise floor: what a perfect robot reads on average; " + report.noise +
-                        ".");
+      terminal::wrapped(
+          "perfect reading: its mean length, what a perfect robot reads on average; " +
+          report.noise + ".");
   if (predicted) {
     text +=
         "*: \"after\" is predicted from the readings before, not measured again: the robot keeps "
@@ -107,15 +108,19 @@ std::string demand_text(const Report& report) {
     const Demand& d = *table.demand;
     if (text.empty()) {
       text = fmt::format(
-          "demand on the model: at least {:.0f} % better, at most {:.1f} x the noise floor "
-          "({:.4f} mm)\n",
+          "demand on the model: at least {:.0f} % better, at most {:.1f} x the mean length of a "
+          "perfect reading ({:.4f} mm)\n",
           d.improvement_pct, d.floor_ratio, d.floor_ratio * *report.floor_mean_mm);
     }
     text +=
-        fmt::format("  {} points, {}, {}: {}, {:.2f} x the floor: {}\n", table.before.n,
+        fmt::format("  {} points, {}, {}: {}, {:.2f} x a perfect reading: {}{}\n", table.before.n,
                     name_of(table.standing), table.after_predicted ? "predicted" : "measured again",
                     percent(table.improvement_pct), table.after.mean / *report.floor_mean_mm,
-                    d.reached ? "reached" : "not reached");
+                    d.reached ? "reached" : "not reached",
+                    d.within_reach() ? ""
+                                     : fmt::format(" (by the second alone: from this baseline a "
+                                                   "perfect robot shows {})",
+                                                   percent(d.perfect_pct)));
   }
   return text.empty() ? text : "\n" + text;
 }
@@ -129,7 +134,7 @@ std::string contest_text(const Contest& c) {
       "{:+.4f} mm,\n95 % interval +-{:.4f} mm: {}.\n",
       c.b, c.b_better, c.n, c.a, c.b, c.mean_difference_mm, c.half_width_mm,
       clear ? winner + " is better" : "no difference that these points can show");
-  return text + "(The paper compares 59.2 % with 63.0 % from different \"before\" readings.)\n";
+  return text;
 }
 
 std::string deviation_columns(const CircleDeviation& d) {
@@ -137,7 +142,8 @@ std::string deviation_columns(const CircleDeviation& d) {
                      rounded(d.centre_y_mm, 4), rounded(d.radius_mm, 4));
 }
 
-std::string circles_text(const CircleTable& circles) {
+std::string circles_text(const CircleTable& circles,
+                         const std::optional<CircleDeviation>& printed) {
   std::string text =
       terminal::heading(fmt::format("Circles [mm], after: {}{}", method_words(circles.method),
                                     circles.after_predicted ? ", predicted" : ", measured again"));
@@ -153,8 +159,10 @@ std::string circles_text(const CircleTable& circles) {
   text += fmt::format("{:<27} {:>3}  {}    {}\n", "mean of absolute values", "",
                       deviation_columns(mean_deviation(circles, &CircleRow::before)),
                       deviation_columns(mean_deviation(circles, &CircleRow::after)));
-  text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "  paper, XI", "", "",
-                      deviation_columns(kPaperCircles));
+  if (printed) {
+    text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "  paper, XI", "", "",
+                        deviation_columns(*printed));
+  }
   for (const ErrorTable& e : circles.errors) {
     text += fmt::format("position error of {} points, {}: mean {:.4f} -> {:.4f} mm{}\n", e.before.n,
                         name_of(e.standing), e.before.mean, e.after.mean,
@@ -175,16 +183,18 @@ std::string parameter_line(const ParameterRow& p) {
   return line + "\n";
 }
 
-std::string identification_text(const Identification& found) {
-  std::string text = terminal::heading("Identified error sources (the paper's Table III)");
+std::string identification_text(const Identification& found, bool published) {
+  std::string text = terminal::heading("Identified error sources");
   text += fmt::format("rank {} of {} columns\n", found.rank, found.columns);
-  text += fmt::format("  {:<26} {:<27} {:>9}\n", "", "change from nominal", "the paper");
+  text += fmt::format("  {:<26} {:<27} {:>9}\n", "", "change from nominal",
+                      published ? "the paper" : "");
   for (const auto* rows : {&found.parameters, &found.combinations}) {
     for (const ParameterRow& p : *rows) text += parameter_line(p);
   }
   text += terminal::wrapped(
-      "-: not identified by itself, so no number is given; the paper's there are one of many "
-      "solutions that fit as well. +-: one standard uncertainty" +
+      std::string("-: not identified by itself, so no number is given") +
+      (published ? "; the paper's there are one of many solutions that fit as well" : "") +
+      ". +-: one standard uncertainty" +
       (found.explained
            ? std::string(".")
            : fmt::format(
@@ -208,15 +218,18 @@ std::string spread_words(const NetworkFit& fit) {
                      at_end ? ": the end of the grid" : "");
 }
 
-std::string network_text(const NetworkFit& fit) {
-  std::string text = terminal::heading("Network fit, in-sample (the paper's Table VIII)");
+std::string network_text(const NetworkFit& fit, const std::optional<Published>& published) {
+  std::string text = terminal::heading("Network fit, in-sample");
   text += fmt::format("{} neurons on {} points, common spread {:.1f} mm ({})\n", fit.neurons, fit.n,
                       fit.sigma_mm, spread_words(fit));
-  text += fmt::format("MAE {:.4f} mm (paper {:.4f}), MSE {:.6f} mm^2 (paper {:.4f})\n", fit.mae_mm,
-                      kPaperMae_mm, fit.mse_mm2, kPaperMse_mm2);
+  text += fmt::format("MAE {:.4f} mm, MSE {:.6f} mm^2\n", fit.mae_mm, fit.mse_mm2);
   text += "R^2 = 1 - SSE/SST per joint:" + joint_numbers(fit.r2) + "\n";
   text += "squared correlation per joint:" + joint_numbers(fit.r2_pearson);
-  return text + " (the paper's \"R^2\": 0.8854 0.9656 0.9655)\n";
+  if (!published || !published->network_mae_mm) return text + "\n";
+  text += fmt::format("\nthe paper: MAE {:.4f} mm, its \"R^2\" (squared correlation):",
+                      *published->network_mae_mm);
+  for (const double r2 : published->network_r2_pearson) text += fmt::format(" {:.4f}", r2);
+  return text + "\n";
 }
 
 std::string origin_text(const Report& report) {
@@ -250,6 +263,12 @@ CircleDeviation mean_deviation(const CircleTable& circles, CircleDeviation Circl
     sum.radius_mm += std::abs((row.*side).radius_mm) / n;
   }
   return sum;
+}
+
+std::optional<CircleDeviation> published_circles(const Report& report) {
+  if (!report.published || report.published->circles_after_mm.empty()) return std::nullopt;
+  const std::vector<double>& v = report.published->circles_after_mm;
+  return CircleDeviation{v[0], v[1], v[2]};
 }
 
 const ErrorTable& most_unseen(const CircleTable& circles) {
@@ -313,12 +332,21 @@ std::string verdict(const Report& report) {
         "nothing of.",
         report.n_readings, method_words(best->method), best->before.n);
   }
+  if (best->before.mean == 0) {
+    return fmt::format(
+        "{} readings, and {} of them are exactly their targets before any correction: were "
+        "nominals "
+        "exported? They judge nothing.",
+        report.n_readings, best->before.n);
+  }
   std::vector<double> before, after;
   for (const PointError& p : best->points) {
     before.push_back(p.before);
     after.push_back(p.after);
   }
-  const auto interval = improvement_interval_pct(before, after);
+  const auto interval = improvement_interval_pct(
+      before, after,
+      relative_u(report.budget, best->before.mean, best->after.mean, best->after_predicted));
   return fmt::format(
       "On {} {} points {} brings the mean position error from {:.4f} to {:.4f} mm ({}{}{}){}.{}",
       best->before.n, best->in_sample() ? "fitted" : "unseen", words_for(report, *best),
@@ -344,11 +372,17 @@ std::string to_text(const Report& report, const Page& page) {
   text += figure_tables(report, "position", page.narrow) +
           figure_tables(report, "attitude", page.narrow);
   if (!report.tables.empty()) text += notes(report) + demand_text(report);
+  if (!report.budget.empty()) {
+    text += terminal::heading("What stands behind the uncertainty of " +
+                              method_words(best_table(report)->method)) +
+            budget_text(report.budget);
+  }
   if (report.contest) text += contest_text(*report.contest);
-  if (report.circles) text += circles_text(*report.circles);
-  if (report.identification) text += identification_text(*report.identification);
+  if (report.circles) text += circles_text(*report.circles, published_circles(report));
+  if (report.identification)
+    text += identification_text(*report.identification, report.published.has_value());
   text += simulation_text(report.simulation);
-  if (report.network) text += network_text(*report.network);
+  if (report.network) text += network_text(*report.network, report.published);
   text += story_text(report.story);
   return text + origin_text(report);
 }

@@ -73,8 +73,7 @@ SimulationTable simulation_table(const Measured& measured, const Comparison& com
 
 std::string simulation_text(const std::vector<SimulationTable>& tables) {
   if (tables.empty()) return "";
-  std::string text =
-      terminal::heading("Forward kinematics simulated with lsq's values (the paper's Figs. 7, 8)");
+  std::string text = terminal::heading("Forward kinematics simulated with lsq's values");
   text += terminal::wrapped(
       "mean position errors [mm]: as measured before any compensation, as simulated, and of "
       "measured - simulated; by distance of the target from O_A");

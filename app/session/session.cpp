@@ -55,6 +55,7 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   campaign.tracker = devices.sigma;
   campaign.facts = {{"stage", devices.stage->describe()},
                     {"instrument", devices.tracker->describe()}};
+  campaign.facts.insert(request.facts.begin(), request.facts.end());
   store::add_campaign(connection, campaign);
   return store::require_campaign(connection, request.campaign);
 }

@@ -2,6 +2,7 @@
 // A session from plan to count: run, resume after any death, stop.
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct Request {
   std::string plan_check = {};  // file of `plan check --record`, asked for by a real stage
   double pause_s = 600;         // simulated time since the end of the session before
   bool new_set_up = false;      // homed and framed anew: an epoch of its own
+  std::map<std::string, std::string> facts = {};  // of a campaign that is made, beside its devices
 };
 
 void really_sleep(double seconds);

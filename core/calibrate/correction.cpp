@@ -91,15 +91,27 @@ std::optional<Eigen::Vector3d> error_under(const JointMap& map, const Mechanism&
 /// cmd = l(target) - e(forward(cmd)), by two look-ups: at the target, and where the first command
 /// would stand. The next would change it by the square of the map's slope times e: 0.01 um where e
 /// is 0.1 mm and changes by 1 % of the way.
-InverseResult commanded_by_map(const JointMap& map, const Mechanism& mechanism,
-                               const Pose& target) {
+InverseResult commanded_by_map(const MapCorrection& c, const Mechanism& mechanism,
+                               const Move& move) {
+  const EpochShift shift = shift_of(c.epochs, move.epoch);
+  const Pose target = out_of_frame(shift.frame, move.target);
   InverseResult at = inverse(mechanism.geometry, target);
   if (!at.ok()) return at;
   const Displacements nominal = at.l_mm;
-  at.l_mm = nominal - joint_error_at(map, place_of(target));
-  const auto error_mm = error_under(map, mechanism, at.l_mm, target);
+  at.l_mm = nominal - joint_error_at(c.map, place_of(target));
+  const auto error_mm = error_under(c.map, mechanism, at.l_mm, target);
   if (error_mm) at.l_mm = nominal - *error_mm;
+  at.l_mm -= shift.l_zero_mm;
   return at;
+}
+
+/// Displacements at which the nominal robot stands where this one does under `conditions`.
+Displacements driven_by_map(const MapCorrection& c, const Mechanism& mechanism,
+                            const Conditions& conditions, const Pose& near) {
+  const EpochShift shift = shift_of(c.epochs, conditions.epoch);
+  const Displacements cmd_mm = conditions.cmd_mm + shift.l_zero_mm;
+  const auto error_mm = error_under(c.map, mechanism, cmd_mm, near);
+  return cmd_mm + (error_mm ? *error_mm : joint_error_at(c.map, place_of(near)));
 }
 
 /// `pose` as the nominal robot would stand with its joints moved on by `by_mm`.
@@ -156,9 +168,7 @@ InverseResult commanded(const Correction& correction, const Mechanism& mechanism
   const auto geometry = [&](const GeometryCorrection& c) {
     return inverse(c.geometry, move.target);
   };
-  const auto map = [&](const MapCorrection& c) {
-    return commanded_by_map(c.map, mechanism, move.target);
-  };
+  const auto map = [&](const MapCorrection& c) { return commanded_by_map(c, mechanism, move); };
   const auto model = [&](const ModelCorrection& c) {
     return commanded_by_model(c.model, move, move.target);
   };
@@ -177,10 +187,11 @@ ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
     return forward(c.geometry, conditions.cmd_mm, mechanism.home);
   };
   const auto map = [&](const MapCorrection& c) {
-    const ForwardResult at = forward(mechanism.geometry, conditions.cmd_mm, mechanism.home);
-    if (!at.ok()) return at;
-    const Displacements driven = conditions.cmd_mm + joint_error_at(c.map, place_of(at.pose));
-    return forward(mechanism.geometry, driven, at.pose);
+    ForwardResult at =
+        forward(mechanism.geometry, driven_by_map(c, mechanism, conditions, mechanism.home),
+                mechanism.home);
+    at.pose = in_frame(shift_of(c.epochs, conditions.epoch).frame, at.pose);
+    return at;
   };
   const auto model = [&](const ModelCorrection& c) {
     return as_forward(predict(c.model, conditions));
@@ -246,9 +257,12 @@ std::vector<std::optional<Displacements>> expected_mm(const Correction& correcti
   for (std::size_t k = 0; k < readings.size(); ++k) {
     const Reading& r = readings[k];
     if (const auto* map = std::get_if<MapCorrection>(&correction)) {  // whose errors are of joints
-      const auto error_mm = error_under(map->map, mechanism, r.conditions.cmd_mm, r.target);
-      expected[k] = r.conditions.cmd_mm +
-                    (error_mm ? *error_mm : joint_error_at(map->map, place_of(r.target)));
+      expected[k] = driven_by_map(*map, mechanism, r.conditions, r.target);
+      if (!map->epochs.contains(r.conditions.epoch)) continue;
+      const ForwardResult at = forward(nominal, *expected[k], r.target);
+      const Pose frame = shift_of(map->epochs, r.conditions.epoch).frame;
+      expected[k] = at.ok() ? inverse_displacements(nominal, in_frame(frame, at.pose))
+                            : std::optional<Displacements>();
       continue;
     }
     const ForwardResult at = believed(correction, mechanism, r.conditions);

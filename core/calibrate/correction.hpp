@@ -25,9 +25,11 @@ struct GeometryCorrection {
 };
 
 /// cmd = l_nominal(target) - e(cmd), e the map's joint errors where the nominal robot stands under
-/// cmd (the paper's second and third methods, which look them up at the target: to first order).
+/// cmd (the paper's second and third methods, which look them up at the target: to first order). In
+/// an epoch of `epochs` cmd counts from its joint zeros, and the target is in its frame.
 struct MapCorrection {
   JointMap map;
+  EpochShifts epochs = {};
 };
 
 /// The physical model: commands such that the model, moved as planned (direction, temperature,

@@ -10,10 +10,10 @@ namespace trammel {
 
 namespace {
 
-/// Whitened size of some rows that is beyond noise of size 1, in sigmas; 0 when it may be chance.
-double lack(double mean_square, double share_of_freedom, double rows) {
-  const double ratio2 = mean_square / share_of_freedom;
-  return ratio2 > 1 + 2 * std::sqrt(2 / rows) ? std::sqrt(ratio2 - 1) : 0.0;
+/// Whitened size of some rows that is beyond noise of size 1, in sigmas: no test, since a lack that
+/// chance might explain is there as often as not.
+double lack(double mean_square, double share_of_freedom) {
+  return std::sqrt(std::max(0.0, mean_square / share_of_freedom - 1));
 }
 
 }  // namespace
@@ -37,8 +37,8 @@ ModelUncertainty model_uncertainty(const RobotModel& model, std::span<const Read
     phi += system.residual[i + 2] * system.residual[i + 2];
   }
   if (freedom > 0) {
-    out.lack_xy_mm = sigma.xy_mm * lack(xy / (rows * 2 / 3), freedom / rows, rows * 2 / 3);
-    out.lack_phi_rad = sigma.phi_rad * lack(phi / (rows / 3), freedom / rows, rows / 3);
+    out.lack_xy_mm = sigma.xy_mm * lack(xy / (rows * 2 / 3), freedom / rows);
+    out.lack_phi_rad = sigma.phi_rad * lack(phi / (rows / 3), freedom / rows);
   }
   return out;
 }

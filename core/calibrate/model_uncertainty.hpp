@@ -21,8 +21,7 @@ struct ModelUncertainty {
 ///   Cov(z) = s^2 V S^-2 V' + V0 V0',   s^2 = chi^2 / dof, at least 1
 /// V, S from the whitened Jacobian at the solution (GUM); V0 what the readings do not determine:
 /// known by its tolerance alone, it counts with that where a pose feels it. Lack of fit: what the
-/// residuals of x and y (of phi) show beyond sigma, once it is more than chance (two standard
-/// deviations). Throws InputError as whitened_system.
+/// residuals of x and y (of phi) show beyond sigma. Throws InputError as whitened_system.
 ModelUncertainty model_uncertainty(const RobotModel& model, std::span<const Reading> readings,
                                    const TrackerSigma& sigma);
 

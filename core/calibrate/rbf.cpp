@@ -160,6 +160,7 @@ RbfTraining train_rbf(std::span<const JointSample> samples, const RbfOptions& op
   network.sigma_mm = Eigen::ArrayXd::Constant(neurons, training.sigma_mm);
   network.weights_mm = fit.weights.topRows(neurons);
   network.bias_mm = fit.weights.row(neurons).transpose();
+  network.relative_ridge = options.relative_ridge;
   return training;
 }
 

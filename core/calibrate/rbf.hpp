@@ -15,6 +15,7 @@ struct RbfNetwork {
   Eigen::ArrayXd cx_mm, cy_mm, sigma_mm;                // shape (neurons)
   Eigen::Matrix<double, Eigen::Dynamic, 3> weights_mm;  // shape (neurons, 3)
   Eigen::Vector3d bias_mm = Eigen::Vector3d::Zero();
+  double relative_ridge = 0;  // it was trained with: tells how it follows its samples
 };
 
 /// Joint errors at a place. Proof: golden numbers to 1e-12 (rbf_test.cpp).

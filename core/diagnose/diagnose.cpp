@@ -21,7 +21,6 @@ namespace {
 
 constexpr double kAssumedXyMm = 0.010;  // where neither tracker nor repeats say: only a first guess
 constexpr double kAssumedPhiRad = rad_from_deg(0.01);
-constexpr int kEnoughRepeats = 8;   // degrees of freedom before repeats give the noise alone
 constexpr int kMostRounds = 6;      // of naming and exact fits: two are the rule
 constexpr double kLarge = 10;       // chi^2 over its degrees of freedom
 constexpr double kOneLength = 1.1;  // longest approach over the shortest
@@ -95,13 +94,16 @@ void fit_base(Work& w) {
 /// Step 1: whose word on the noise is taken first.
 void first_noise(Work& w) {
   NoiseFloor& noise = w.out.noise;
-  noise.repeats = pooled_noise(w.readings);
-  if (w.campaign.tracker) {
-    noise.stated = noise.used = *w.campaign.tracker;
-    noise.source = NoiseSource::tracker;
-  } else if (noise.repeats && noise.repeats->degrees_of_freedom >= kEnoughRepeats) {
-    noise.used = noise.repeats->sigma;
-    noise.source = NoiseSource::repeats;
+  noise.repeats = pooled_noise(w.campaign.readings);
+  if (w.campaign.tracker ||
+      (noise.repeats && noise.repeats->degrees_of_freedom >= kEnoughRepeats)) {
+    const NoiseLevel level = noise_level(w.campaign);
+    noise.stated = level.stated.value_or(TrackerSigma{});
+    noise.used = level.sigma;
+    noise.degrees_of_freedom = level.degrees_of_freedom;
+    noise.source =
+        level.source == NoiseLevel::Source::tracker ? NoiseSource::tracker : NoiseSource::repeats;
+    if (level.doubted) w.out.notes.push_back(level.words);
   } else {
     noise.used = {kAssumedXyMm, kAssumedPhiRad};
     noise.source = NoiseSource::residuals;
@@ -110,6 +112,7 @@ void first_noise(Work& w) {
         "leave, so structure "
         "that looks like noise can't be seen");
   }
+  noise.first = noise.used;
 }
 
 void require_resolved(const DiagnoseOptions& options) {
@@ -142,8 +145,9 @@ void settle_noise(Work& w) {
     const Around at = around_what_is_large(w);
     const NoiseRatio ratio = noise_ratio(at.space, at.library.signals);
     const bool unknown = w.out.noise.source == NoiseSource::residuals;
-    const bool xy = unknown || other_size(ratio.xy, ratio.xy_dof);
-    const bool phi = unknown || other_size(ratio.phi, ratio.phi_dof);
+    const int repeats = w.out.noise.degrees_of_freedom;
+    const bool xy = unknown || other_size(ratio.xy, ratio.xy_dof, 2 * repeats);
+    const bool phi = unknown || other_size(ratio.phi, ratio.phi_dof, repeats);
     if (!xy && !phi) return;
     if (xy) w.out.noise.used.xy_mm *= ratio.xy;
     if (phi) w.out.noise.used.phi_rad *= ratio.phi;
@@ -456,11 +460,9 @@ void leave_unexplained(Work& w, std::vector<Finding> where) {
   out.effects.erase(tried, out.effects.end());
   out.fit = w.base;
   NoiseFloor& noise = out.noise;
-  const TrackerSigma& first =
-      noise.source == NoiseSource::repeats ? noise.repeats->sigma : noise.stated;
-  if (noise.rescaled && noise.used.xy_mm > first.xy_mm) {
+  if (noise.rescaled && noise.used.xy_mm > noise.first.xy_mm) {
     // the structure is part of that size: it says nothing about the noise
-    noise.used = first;
+    noise.used = noise.first;
     noise.rescaled = false;
     out.notes.push_back(
         "the residuals are larger than the noise that tracker or repeats state, but structure is "

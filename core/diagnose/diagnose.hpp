@@ -39,10 +39,12 @@ std::string to_string(NoiseSource source);
 
 struct NoiseFloor {
   NoiseSource source = NoiseSource::tracker;
-  TrackerSigma stated;    // 0 when none was stated
-  TrackerSigma used;      // one reading, one standard deviation
-  bool rescaled = false;  // the readings say another size than was stated
-  bool robust = false;    // heavy tails: far readings are drawn in
+  TrackerSigma stated;         // 0 when none was stated
+  TrackerSigma used;           // one reading, one standard deviation
+  TrackerSigma first;          // before the residuals had a say
+  int degrees_of_freedom = 0;  // of the repeats that `used` comes from; 0: not from repeats
+  bool rescaled = false;       // the readings say another size than was stated
+  bool robust = false;         // heavy tails: far readings are drawn in
   std::optional<PooledNoise> repeats;
   double correlation = 0;  // of successive readings, 0 when it is not significant
 };

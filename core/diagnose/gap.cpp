@@ -46,7 +46,7 @@ std::optional<double> rms_deg(const Squares& s) {
 }
 
 double closed(double before, double after, double noise_squared) {
-  return 1 - (after - noise_squared) / (before - noise_squared);
+  return 1 - std::max(0.0, after - noise_squared) / (before - noise_squared);
 }
 
 void interval(GapStep& step, const Squares& before, const Squares& after, double sigma_mm) {

@@ -130,8 +130,13 @@ NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signal
   return ratio;
 }
 
-bool other_size(double ratio, double dof) {
+bool other_size(double ratio, double dof, double noise_dof) {
   if (!(dof >= 1)) return false;
+  if (noise_dof >= 1) {
+    constexpr double p = kOtherSize / 2;
+    return ratio * ratio > variance_ratio_limit(p, dof, noise_dof) ||
+           ratio * ratio * variance_ratio_limit(p, noise_dof, dof) < 1;
+  }
   const double larger = chi2_tail(dof * ratio * ratio, dof);
   return std::min(larger, 1 - larger) < kOtherSize / 2;
 }

@@ -20,8 +20,9 @@ struct NoiseRatio {
 };
 /// True where a ratio of estimated and stated sigma is not chance: dof ratio^2 outside the central
 /// 1 - kOtherSize of chi^2(dof). (A standard error of ratio / sqrt(2 dof) is no such thing on few
-/// degrees of freedom: a small ratio makes itself certain.)
-bool other_size(double ratio, double dof);
+/// degrees of freedom: a small ratio makes itself certain.) F(dof, noise_dof) where sigma comes
+/// from repeats; noise_dof 0: it is known.
+bool other_size(double ratio, double dof, double noise_dof = 0);
 inline constexpr double kOtherSize = 0.001;
 
 NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signals);

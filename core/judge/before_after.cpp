@@ -27,22 +27,4 @@ Errors errors_in(Figure figure, std::span<const BeforeAfter> points) {
   return errors;
 }
 
-double coordinate_U_mm(std::span<const double> position_mm) {
-  TRAMMEL_ASSERT(!position_mm.empty());
-  double squares = 0;
-  for (const double e : position_mm) squares += e * e;
-  return 2 * std::sqrt(squares / (2 * static_cast<double>(position_mm.size())));
-}
-
-Expanded expanded_from(std::span<const Pose> errors) {
-  std::vector<double> position_mm;
-  double phi = 0;
-  for (const Pose& e : errors) {
-    position_mm.push_back(position_error_mm(e, {}));
-    phi += e.phi_rad * e.phi_rad;
-  }
-  return {.U_mm = coordinate_U_mm(position_mm),
-          .U_rad = 2 * std::sqrt(phi / static_cast<double>(errors.size()))};
-}
-
 }  // namespace trammel

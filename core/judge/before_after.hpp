@@ -31,18 +31,10 @@ struct Errors {
 /// Throws InputError where there is no point. Proof: before_after_test.cpp.
 Errors errors_in(Figure figure, std::span<const BeforeAfter> points);
 
-/// U (k = 2) of one corrected point: of a coordinate of place in its worst direction, and of phi.
+/// U (k = 2) of one corrected point: of a coordinate of place, and of phi.
 struct Expanded {
   double U_mm = 0;
   double U_rad = 0;
 };
-
-/// U of a coordinate from the lengths of held-out position errors: twice their root mean square,
-///   U = 2 sqrt(sum |e|^2 / (2 n)),   the same at every point, noise of the readings included
-double coordinate_U_mm(std::span<const double> position_mm);
-
-/// The same from held-out errors (measured less target, after), and of phi 2 sqrt(sum e_phi^2 / n).
-/// Precondition, of both: some errors. Proof: before_after_test.cpp.
-Expanded expanded_from(std::span<const Pose> errors);
 
 }  // namespace trammel

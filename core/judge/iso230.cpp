@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "core/error.hpp"
@@ -52,21 +53,6 @@ int rail_alone(const Displacements& from_home) {
   return alone;
 }
 
-/// Standard deviation that the reading's noise gives the rail's deviation at home.
-double noise_of(const Mechanism& mechanism, int rail, const TrackerSigma& sigma) {
-  constexpr double h = 1e-4;  // mm, rad
-  const Eigen::Vector3d size(sigma.xy_mm, sigma.xy_mm, sigma.phi_rad);
-  double square = 0;
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d home = mechanism.home.vector(), step = h * Eigen::Vector3d::Unit(k);
-    const InverseResult ahead = inverse(mechanism.geometry, Pose::from(home + step));
-    const InverseResult behind = inverse(mechanism.geometry, Pose::from(home - step));
-    if (!ahead.ok() || !behind.ok()) throw InputError({.what = "the home pose is out of reach"});
-    square += std::pow((ahead.l_mm[rail] - behind.l_mm[rail]) / (2 * h) * size[k], 2);
-  }
-  return std::sqrt(square);
-}
-
 int least_runs(const std::vector<RailTarget>& targets, bool up) {
   std::size_t least = SIZE_MAX;
   for (const RailTarget& t : targets) least = std::min(least, (up ? t.up : t.down).size());
@@ -97,7 +83,20 @@ std::string too_few(const Iso230& out, int runs) {
   return why;
 }
 
-Iso230 judged(const RailTargets& rail, const std::optional<double>& noise_mm) {
+/// "over 2 homings: …; the visits drift by …"
+std::string reserve_of(const RailTargets& rail) {
+  std::vector<std::vector<double>> series;
+  for (const RailTarget& t : rail.targets) {
+    series.push_back(t.up);
+    series.push_back(t.down);
+  }
+  const std::string drift = drift_words(series);
+  if (rail.n_epochs < 2) return drift;
+  return "over " + std::to_string(rail.n_epochs) + " homings: their scatter is in it" +
+         (drift.empty() ? "" : "; " + drift);
+}
+
+Iso230 judged(const RailTargets& rail) {
   Iso230 out;
   out.rail = rail.rail;
   out.n_targets = static_cast<int>(rail.targets.size());
@@ -109,9 +108,7 @@ Iso230 judged(const RailTargets& rail, const std::optional<double>& noise_mm) {
   const std::string why_up = any_up ? too_few(out, runs_up) : "no target was approached upwards";
   const std::string why_down =
       any_down ? too_few(out, runs_down) : "no target was approached downwards";
-  const std::string reserve = rail.n_epochs > 1 ? "over " + std::to_string(rail.n_epochs) +
-                                                      " homings: their scatter is in it"
-                                                : "";
+  const std::string reserve = reserve_of(rail);
   std::map<std::string, double> value;
   if (why_up.empty()) {
     const OneWay u = iso230_one_way(rail.targets, true);
@@ -137,9 +134,7 @@ Iso230 judged(const RailTargets& rail, const std::optional<double>& noise_mm) {
       refuse(out, name, down || (!up && why_up.empty()) ? why_down : why_up);
       continue;
     }
-    IsoSymbol symbol{name, false, at->second, {}, reserve};
-    if (noise_mm && name.starts_with("R")) symbol.floor = 4 * *noise_mm;
-    out.symbols.push_back(std::move(symbol));
+    out.symbols.push_back({name, false, at->second, {}, reserve});
   }
   return out;
 }
@@ -229,10 +224,18 @@ std::vector<RailTargets> rail_targets(const Mechanism& mechanism,
 std::vector<Iso230> iso230(const Mechanism& mechanism, std::span<const Reading> readings,
                            const std::optional<TrackerSigma>& sigma) {
   std::vector<Iso230> all;
-  for (const RailTargets& rail : rail_targets(mechanism, readings)) {
-    std::optional<double> noise_mm;
-    if (sigma) noise_mm = noise_of(mechanism, rail.rail - 1, *sigma);
-    all.push_back(judged(rail, noise_mm));
+  for (const RailTargets& rail : rail_targets(mechanism, readings)) all.push_back(judged(rail));
+  if (sigma) {
+    std::vector<IsoSymbol*> symbols;
+    for (Iso230& rail : all) {
+      for (IsoSymbol& symbol : rail.symbols) symbols.push_back(&symbol);
+    }
+    add_floors(symbols, readings, *sigma, [&](std::span<const Reading> perfect) {
+      std::vector<IsoSymbol> found;
+      for (Iso230& rail : iso230(mechanism, perfect))
+        std::ranges::move(rail.symbols, std::back_inserter(found));
+      return found;
+    });
   }
   if (all.empty()) {
     Iso230 none;

@@ -63,9 +63,10 @@ struct Iso230 {
 };
 
 /// Symbols of every rail that was measured alone; one entry with rail = 0 and all symbols refused
-/// when none was. `sigma` gives the floor of R: what a perfect rail would read, since the deviation
-/// takes in the readings' noise of x, y and phi. Throws InputError when a measured pose is out of
-/// nominal reach. Proof: iso230_test.cpp, golden numbers by scripts/make_golden_iso.py.
+/// when none was. `sigma` gives floors: what a perfect robot reads of each symbol (add_floors),
+/// since the deviation takes in the readings' noise of x, y and phi. Throws InputError when a
+/// measured pose is out of nominal reach. Proof: iso230_test.cpp, golden numbers by
+/// scripts/make_golden_iso.py.
 std::vector<Iso230> iso230(const Mechanism& mechanism, std::span<const Reading> readings,
                            const std::optional<TrackerSigma>& sigma = {});
 

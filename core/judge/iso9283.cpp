@@ -7,7 +7,6 @@
 
 #include "core/error.hpp"
 #include "core/judge/deviation.hpp"
-#include "core/statistics/summary.hpp"
 
 namespace trammel {
 
@@ -15,10 +14,6 @@ namespace {
 
 constexpr double kSame = 1e-6;  // mm, and rad: targets closer than this are one, as are commands
 constexpr std::size_t kSeries = 10, kShortSeries = 5;
-
-// Of a plane normal scatter of one sigma each: mean and standard deviation of the distance l.
-const double kMeanL = noise_floor_mean_mm(1);
-const double kSdL = std::sqrt(2 - kMeanL * kMeanL);
 
 using Key = std::tuple<long long, long long, long long, int, std::array<int, kChains>>;
 
@@ -108,8 +103,21 @@ double largest(const std::vector<Judged>& judged, const Value& value) {
   return found;
 }
 
-void add_accuracy(Iso9283& out, const std::vector<Judged>& judged,
-                  const std::optional<TrackerSigma>& sigma) {
+/// Drift of the visits in x and y.
+std::string drift_of(const std::vector<Judged>& judged) {
+  for (const Eigen::Index c : {0, 1}) {
+    std::vector<std::vector<double>> series;
+    for (const Judged& j : judged) {
+      series.emplace_back();
+      for (const Eigen::Vector3d& d : j.visits->deviation) series.back().push_back(d[c]);
+    }
+    const std::string words = drift_words(series, 0.005);  // 1 % over both
+    if (!words.empty()) return (c == 0 ? "in x " : "in y ") + words;
+  }
+  return "";
+}
+
+void add_accuracy(Iso9283& out, const std::vector<Judged>& judged) {
   struct Row {
     const char* name;
     bool is_angle;
@@ -124,6 +132,7 @@ void add_accuracy(Iso9283& out, const std::vector<Judged>& judged,
       {"RP_l", false, true, [](const PoseAccuracy& a) { return a.RP_l_mm; }},
       {"RP_c", true, true, [](const PoseAccuracy& a) { return a.RP_c_rad; }},
   };
+  const std::string drift = drift_of(judged);
   for (const Row& row : rows) {
     if (judged.empty()) {
       const char* what = row.repeatability ? "RP" : "AP";
@@ -131,13 +140,10 @@ void add_accuracy(Iso9283& out, const std::vector<Judged>& judged,
       continue;
     }
     const Reserve reserve = reserve_of(judged, out.n_poses);
-    IsoSymbol symbol{
-        row.name + reserve.suffix, row.is_angle, largest(judged, row.value), {}, reserve.words};
-    const double root_n = std::sqrt(static_cast<double>(reserve.n));
-    if (sigma && row.name == std::string("AP_p")) symbol.floor = kMeanL * sigma->xy_mm / root_n;
-    if (sigma && row.name == std::string("RP_l")) symbol.floor = (kMeanL + 3 * kSdL) * sigma->xy_mm;
-    if (sigma && row.name == std::string("RP_c")) symbol.floor = 3 * sigma->phi_rad;
-    out.symbols.push_back(std::move(symbol));
+    std::string words = reserve.words;
+    if (!drift.empty() && !row.is_angle) words += (words.empty() ? "" : "; ") + drift;
+    out.symbols.push_back(
+        {row.name + reserve.suffix, row.is_angle, largest(judged, row.value), {}, words});
   }
 }
 
@@ -325,9 +331,15 @@ Iso9283 iso9283(std::span<const Reading> readings, const std::optional<TrackerSi
   out.mean_mm /= visits;
   out.mean_rad /= visits;
   const std::vector<Judged> judged = often_enough(poses);
-  add_accuracy(out, judged, sigma);
+  add_accuracy(out, judged);
   add_multidirectional(out, judged);
   add_drift(out, judged);
+  if (sigma) {
+    std::vector<IsoSymbol*> symbols;
+    for (IsoSymbol& symbol : out.symbols) symbols.push_back(&symbol);
+    add_floors(symbols, readings, *sigma,
+               [](std::span<const Reading> perfect) { return iso9283(perfect).symbols; });
+  }
   return out;
 }
 

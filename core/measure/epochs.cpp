@@ -1,13 +1,16 @@
 #include "core/measure/epochs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <string>
 
 #include "core/error.hpp"
+#include "core/linear/decompositions.hpp"
 #include "core/linear/least_squares.hpp"
 #include "core/mechanism/forward.hpp"
+#include "core/mechanism/velocity.hpp"
 #include "core/statistics/limits.hpp"
 #include "core/units.hpp"
 
@@ -81,17 +84,20 @@ Left left_by(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   return left;
 }
 
+ForwardResult nominal_pose(const RailFrames& rails, const Reading& reading) {
+  ForwardResult at = forward(rails, reading.conditions.cmd_mm, reading.target);
+  if (at.ok()) return at;
+  throw InputError({.what = "the commanded displacements are out of the nominal robot's reach",
+                    .where = {.point = "seq " + std::to_string(reading.seq)}});
+}
+
 /// measured - forward(cmd), shape (n, 3).
 Eigen::MatrixXd deviations(const Mechanism& mechanism, std::span<const Reading> readings) {
   Eigen::MatrixXd d(static_cast<Eigen::Index>(readings.size()), 3);
   const RailFrames rails = rail_frames(mechanism.geometry);
   for (std::size_t j = 0; j < readings.size(); ++j) {
-    const ForwardResult at = forward(rails, readings[j].conditions.cmd_mm, readings[j].target);
-    if (!at.ok()) {
-      throw InputError({.what = "the commanded displacements are out of the nominal robot's reach",
-                        .where = {.point = "seq " + std::to_string(readings[j].seq)}});
-    }
-    Eigen::Vector3d step = readings[j].measured->vector() - at.pose.vector();
+    Eigen::Vector3d step =
+        readings[j].measured->vector() - nominal_pose(rails, readings[j]).pose.vector();
     step[2] = std::remainder(step[2], 2 * kPi);
     d.row(static_cast<Eigen::Index>(j)) = step.transpose();
   }
@@ -107,43 +113,109 @@ Eigen::MatrixXd directions(std::span<const Reading> readings) {
   return dir;
 }
 
-}  // namespace
+/// Readings with a pose, and the numbers of their epochs after the first.
+struct Measured {
+  std::vector<Reading> readings;
+  std::set<int> later_epochs;
+};
 
-EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readings) {
-  std::vector<Reading> measured;
-  std::set<int> epochs;
+Measured measured_of(std::span<const Reading> readings) {
+  Measured m;
   for (const Reading& r : readings) {
     if (!r.measured) continue;
-    measured.push_back(r);
-    epochs.insert(r.conditions.epoch);
+    m.readings.push_back(r);
+    m.later_epochs.insert(r.conditions.epoch);
   }
-  EpochTest test{.later_epochs = std::max(0, static_cast<int>(epochs.size()) - 1)};
+  if (!m.later_epochs.empty()) m.later_epochs.erase(m.later_epochs.begin());
+  return m;
+}
+
+/// Columns of the robot's error: a smooth function of the place, and the direction of approach.
+struct Smooth {
+  int degree = 0;
+  Eigen::MatrixXd columns;
+};
+
+Smooth smooth_of(std::span<const Reading> readings) {
+  const Eigen::MatrixXd places = scaled_places(readings);
+  const auto n = static_cast<int>(readings.size());
+  Smooth smooth{.degree = kHighestDegree, .columns = {}};
+  while (smooth.degree > 0 &&
+         kReadingsPerTerm * n_terms(static_cast<int>(places.cols()), smooth.degree) > n) {
+    --smooth.degree;
+  }
+  const Eigen::MatrixXd terms = monomials(places, smooth.degree);
+  smooth.columns.resize(n, terms.cols() + kChains);
+  smooth.columns << terms, directions(readings);
+  return smooth;
+}
+
+constexpr int kShift = 6;                                       // joint zeros, then the frame
+constexpr double kPrior[kShift] = {0.1, 0.1, 0.1, 1, 1, 0.01};  // mm, mm, rad
+
+/// What a shift does to each coordinate of the readings of its epoch: three blocks of shape (n,
+/// kShift epochs).
+std::array<Eigen::MatrixXd, 3> shift_columns(const Mechanism& mechanism, const Measured& m) {
+  const auto n = static_cast<Eigen::Index>(m.readings.size());
+  std::array<Eigen::MatrixXd, 3> columns;
+  columns.fill(Eigen::MatrixXd::Zero(n, kShift * static_cast<Eigen::Index>(m.later_epochs.size())));
+  const RailFrames rails = rail_frames(mechanism.geometry);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const Reading& r = m.readings[static_cast<std::size_t>(j)];
+    const auto epoch = m.later_epochs.find(r.conditions.epoch);
+    if (epoch == m.later_epochs.end()) continue;
+    const ForwardResult at = nominal_pose(rails, r);
+    Eigen::Matrix<double, 3, kShift> by;
+    by.leftCols<3>() = velocity_jacobian(velocity_equation(rails, at.at));
+    by.rightCols<3>() << 1, 0, -at.pose.y_mm, 0, 1, at.pose.x_mm, 0, 0, 1;
+    const auto first = kShift * std::distance(m.later_epochs.begin(), epoch);
+    for (int c = 0; c < 3; ++c) {
+      columns[static_cast<std::size_t>(c)].row(j).segment<kShift>(first) = by.row(c);
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+EpochShift shift_of(const EpochShifts& shifts, int epoch) {
+  const auto found = shifts.find(epoch);
+  return found == shifts.end() ? EpochShift{} : found->second;
+}
+
+Pose in_frame(const Pose& frame, const Pose& pose) {
+  const double c = std::cos(frame.phi_rad), s = std::sin(frame.phi_rad);
+  return {c * pose.x_mm - s * pose.y_mm + frame.x_mm, s * pose.x_mm + c * pose.y_mm + frame.y_mm,
+          pose.phi_rad + frame.phi_rad};
+}
+
+Pose out_of_frame(const Pose& frame, const Pose& pose) {
+  const Pose moved{pose.x_mm - frame.x_mm, pose.y_mm - frame.y_mm, pose.phi_rad};
+  return in_frame({0, 0, -frame.phi_rad}, moved);
+}
+
+EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readings) {
+  const Measured m = measured_of(readings);
+  const std::vector<Reading>& measured = m.readings;
+  EpochTest test{.later_epochs = static_cast<int>(m.later_epochs.size())};
   if (test.later_epochs == 0) return test;
-  epochs.erase(epochs.begin());
   const auto n = static_cast<int>(measured.size());
-  const Eigen::MatrixXd places = scaled_places(measured);
-  int degree = kHighestDegree;
-  while (degree > 0 && kReadingsPerTerm * n_terms(static_cast<int>(places.cols()), degree) > n) {
-    --degree;
-  }
-  if (degree == 0 || n <= kReadingsPerTerm * (kChains + test.later_epochs)) return test;
-  const Eigen::MatrixXd smooth = monomials(places, degree);
-  Eigen::MatrixXd A(n, smooth.cols() + kChains + test.later_epochs);
+  const Smooth smooth = smooth_of(measured);
+  if (smooth.degree == 0 || n <= kReadingsPerTerm * (kChains + test.later_epochs)) return test;
+  Eigen::MatrixXd A(n, smooth.columns.cols() + test.later_epochs);
   A.setZero();
-  A.leftCols(smooth.cols()) = smooth;
-  A.middleCols(smooth.cols(), kChains) = directions(measured);
-  Eigen::Index column = smooth.cols() + kChains;
-  for (const int epoch : epochs) {
+  A.leftCols(smooth.columns.cols()) = smooth.columns;
+  Eigen::Index column = smooth.columns.cols();
+  for (const int epoch : m.later_epochs) {
     for (int j = 0; j < n; ++j) {
       if (measured[static_cast<std::size_t>(j)].conditions.epoch == epoch) A(j, column) = 1;
     }
     ++column;
   }
   const Eigen::MatrixXd d = deviations(mechanism, measured);
-  const Eigen::MatrixXd without_steps = A.leftCols(smooth.cols() + kChains);
   test.hold = true;
   for (int c = 0; c < 3; ++c) {
-    const Left none = left_by(without_steps, d.col(c)), steps = left_by(A, d.col(c));
+    const Left none = left_by(smooth.columns, d.col(c)), steps = left_by(A, d.col(c));
     const int more = steps.rank - none.rank, freedom = n - steps.rank;
     if (more <= 0 || freedom <= 0) continue;
     test.tested = true;
@@ -153,6 +225,50 @@ EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readi
   }
   test.hold = test.hold && test.tested;
   return test;
+}
+
+EpochShifts epoch_shifts(const Mechanism& mechanism, std::span<const Reading> readings) {
+  const Measured m = measured_of(readings);
+  if (m.later_epochs.empty()) return {};
+  const Smooth smooth = smooth_of(m.readings);
+  const Eigen::MatrixXd basis = orthonormal_basis(smooth.columns, kRankShare);
+  const Eigen::MatrixXd d = deviations(mechanism, m.readings);
+  const auto columns = shift_columns(mechanism, m);
+  const Eigen::Index n = d.rows(), unknown = columns[0].cols();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknown, unknown);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(unknown);
+  for (Eigen::Index k = 0; k < unknown; ++k)
+    normal(k, k) = 1 / (kPrior[k % kShift] * kPrior[k % kShift]);
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    const Eigen::MatrixXd& shifts = columns[static_cast<std::size_t>(c)];
+    Eigen::MatrixXd all(n, smooth.columns.cols() + unknown);
+    all << smooth.columns, shifts;
+    const Left left = left_by(all, d.col(c));
+    const auto freedom = std::max<Eigen::Index>(1, n - left.rank);
+    const double weight = static_cast<double>(freedom) / std::max(left.sum_of_squares, 1e-300);
+    const Eigen::MatrixXd A = shifts - basis * (basis.transpose() * shifts);
+    normal += weight * (A.transpose() * A);
+    right += weight * (A.transpose() * d.col(c));
+  }
+  const Eigen::VectorXd z = Cholesky(std::move(normal)).solve(right);
+  EpochShifts found;
+  Eigen::Index first = 0;
+  for (const int epoch : m.later_epochs) {
+    found[epoch] = {.l_zero_mm = z.segment<3>(first), .frame = Pose::from(z.segment<3>(first + 3))};
+    first += kShift;
+  }
+  return found;
+}
+
+std::vector<Reading> without_shifts(std::span<const Reading> readings, const EpochShifts& shifts) {
+  std::vector<Reading> all(readings.begin(), readings.end());
+  for (Reading& r : all) {
+    const EpochShift shift = shift_of(shifts, r.conditions.epoch);
+    if (r.measured) r.measured = out_of_frame(shift.frame, *r.measured);
+    r.conditions.cmd_mm += shift.l_zero_mm;
+    r.conditions.from_mm += shift.l_zero_mm;
+  }
+  return all;
 }
 
 }  // namespace trammel

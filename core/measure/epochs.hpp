@@ -1,11 +1,25 @@
 #pragma once
-// Whether a new homing and frame set-up moved anything.
+// Whether a new homing and frame set-up moved anything, and by how much.
 
+#include <map>
 #include <span>
+#include <vector>
 
 #include "core/measure/reading.hpp"
 
 namespace trammel {
+
+/// What a homing and frame set-up changed against the first epoch.
+struct EpochShift {
+  Displacements l_zero_mm = Displacements::Zero();
+  Pose frame;  // reading = frame shift of the pose: turned by phi about O_A, then moved by (x, y)
+};
+using EpochShifts = std::map<int, EpochShift>;  // an epoch that is not listed has no shift
+EpochShift shift_of(const EpochShifts& shifts, int epoch);
+
+/// `pose` as a tracker reads it whose frame is shifted by `frame`; and back.
+Pose in_frame(const Pose& frame, const Pose& pose);
+Pose out_of_frame(const Pose& frame, const Pose& pose);
 
 /// What the deviations measured - forward(cmd) of the nominal robot tell of its epochs.
 struct EpochTest {
@@ -27,5 +41,19 @@ struct EpochTest {
 /// left out. Throws InputError where a command is out of reach. Proof: false alarms, and steps of
 /// 0.05 mm found, over made campaigns (epochs_test.cpp).
 EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readings);
+
+/// Shift of each epoch after the first, beside the smooth error of test_epochs, for methods without
+/// a model of their own:
+///   d_j = smooth error + J_V l_zero_e + (x_e - y_j phi_e, y_e + x_j phi_e, phi_e) + noise
+/// by least squares, each coordinate weighted by what smooth error and shifts leave of it. Six
+/// values an epoch are more than one orientation tells apart: between those that fit alike the
+/// weak prior of a set-up decides (joint zeros 0.1 mm, frame 1 mm and 10 mrad). Throws as
+/// test_epochs. Proof: shifts put into made campaigns, and maps made under them (epochs_test.cpp,
+/// epochs_of_methods_test.cpp).
+EpochShifts epoch_shifts(const Mechanism& mechanism, std::span<const Reading> readings);
+
+/// The readings as they would have been in the first epoch: out of their frames, from their joint
+/// zeros.
+std::vector<Reading> without_shifts(std::span<const Reading> readings, const EpochShifts& shifts);
 
 }  // namespace trammel

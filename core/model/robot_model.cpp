@@ -9,11 +9,6 @@ namespace trammel {
 
 namespace {
 
-EpochShift shift_of(const RobotModel& model, int epoch) {
-  const auto found = model.epochs.find(epoch);
-  return found == model.epochs.end() ? EpochShift{} : found->second;
-}
-
 Moment conditions_of(const RobotModel& model, const Conditions& at) {
   Moment m;
   m.l_mm = at.cmd_mm;
@@ -27,12 +22,6 @@ Moment conditions_of(const RobotModel& model, const Conditions& at) {
 }
 
 }  // namespace
-
-Pose in_frame(const Pose& frame, const Pose& pose) {
-  const double c = std::cos(frame.phi_rad), s = std::sin(frame.phi_rad);
-  return {c * pose.x_mm - s * pose.y_mm + frame.x_mm, s * pose.x_mm + c * pose.y_mm + frame.y_mm,
-          pose.phi_rad + frame.phi_rad};
-}
 
 RobotModel nominal_model(const Mechanism& mechanism) {
   return {.mechanism = mechanism, .geometry = mechanism.geometry, .epochs = {}, .effects = {}};
@@ -51,7 +40,7 @@ namespace {
 Prediction moment_at(const RailFrames& rails, const RobotModel& model,
                      const Conditions& conditions) {
   Prediction result;
-  const EpochShift shift = shift_of(model, conditions.epoch);
+  const EpochShift shift = shift_of(model.epochs, conditions.epoch);
   const Displacements l_mm = conditions.cmd_mm + shift.l_zero_mm;
   const ForwardResult at = forward(rails, l_mm, model.mechanism.home);
   result.status = at.status;
@@ -82,7 +71,7 @@ Prediction predict(const RobotModel& model, const Conditions& conditions) {
       if (active.values[k] != 0) sum += active.values[k] * active.effect->basis(result.moment, k);
     }
   }
-  const EpochShift shift = shift_of(model, conditions.epoch);
+  const EpochShift shift = shift_of(model.epochs, conditions.epoch);
   if (!model.effects.empty()) {
     for (int i = 0; i < kChains; ++i) rails.h_mm[static_cast<std::size_t>(i)] += sum.dh_mm[i];
     const ForwardResult at =

@@ -4,21 +4,13 @@
 #include <map>
 #include <vector>
 
+#include "core/measure/epochs.hpp"
 #include "core/measure/reading.hpp"
 #include "core/mechanism/error_model.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/model/effect.hpp"
 
 namespace trammel {
-
-/// What a homing and frame set-up changed against the first epoch.
-struct EpochShift {
-  Displacements l_zero_mm = Displacements::Zero();
-  Pose frame;  // reading = frame shift of the pose: turned by phi about O_A, then moved by (x, y)
-};
-
-/// `pose` as a tracker reads it whose frame is shifted by `frame`.
-Pose in_frame(const Pose& frame, const Pose& pose);
 
 /// An effect with a value for each of its parameters (0: carries nothing), in the parameters'
 /// units.

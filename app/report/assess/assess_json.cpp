@@ -1,5 +1,6 @@
 #include "app/job/text.hpp"
 #include "app/report/assess/assessment.hpp"
+#include "app/report/budget.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {
@@ -65,9 +66,10 @@ Json judged_json(const Judged& j) {
                       {"phi_deg", deg_from_rad(p.target.phi_rad)},
                       {"before_mm", p.before_mm},
                       {"after_mm", p.after_mm},
-                      {"U_k2_mm", p.U_mm},
-                      {"U_k2_deg", deg_from_rad(p.U_rad)},
-                      {"outside_measured_range", p.outside}});
+                      {"U_k2_mm", p.U ? Json(p.U->U_mm) : Json()},
+                      {"U_k2_deg", p.U ? Json(deg_from_rad(p.U->U_rad)) : Json()},
+                      {"why_no_U", p.why_no_U},
+                      {"outside_measured_range", !p.why_no_U.empty()}});
   }
   Json json = {{"session", j.session},
                {"set", j.set},
@@ -104,6 +106,7 @@ Json to_json(const Assessment& a) {
     json["job"] = {{"id", a.job->id},
                    {"stage", a.job->stage},
                    {"uncertainty_from", a.job->uncertainty_from},
+                   {"budget", report::budget_json(a.job->budget)},
                    {"sets", sets},
                    {"warnings", a.job->warnings}};
   }

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "app/job/text.hpp"
 #include "app/report/assess/assessment.hpp"
+#include "app/report/budget.hpp"
 #include "app/terminal/text.hpp"
 #include "core/units.hpp"
 
@@ -28,7 +30,7 @@ std::string symbols_text(const std::vector<IsoSymbol>& symbols) {
     const double unit = s.is_angle ? deg_from_rad(1) : 1;
     text +=
         fmt::format("    {:<18}{:>9.4f} {:<4}", s.name, unit * *s.value, s.is_angle ? "deg" : "mm");
-    if (s.floor) text += fmt::format("  a perfect robot reads about {:.4f}", unit * *s.floor);
+    if (s.floor) text += fmt::format("  a perfect robot reads {:.4f}", unit * *s.floor);
     if (!s.reason.empty()) text += (s.floor ? "; " : "  ") + s.reason;
     text += "\n";
   }
@@ -37,6 +39,9 @@ std::string symbols_text(const std::vector<IsoSymbol>& symbols) {
   }
   return text;
 }
+
+/// Of a circle that holds 95 % of a plane normal scatter, in its sigma: sqrt(-2 ln 0.05).
+constexpr double k95Radius = 2.4477;
 
 std::string visits(int least, int most) {
   return least == most ? fmt::format("n = {}", most) : fmt::format("n = {} to {}", least, most);
@@ -66,13 +71,32 @@ std::string session_text(const Session& s) {
   return text;
 }
 
-std::string judged_text(const Judged& j) {
+/// U over the points that have one, and why the others have none.
+std::string uncertainty_text(const Judged& j) {
   std::vector<double> U, U_rad;
+  std::map<std::string, int> without;
   for (const Point& p : j.points) {
-    U.push_back(p.U_mm);
-    U_rad.push_back(p.U_rad);
+    if (p.U) {
+      U.push_back(p.U->U_mm);
+      U_rad.push_back(p.U->U_rad);
+    } else {
+      ++without[p.why_no_U];
+    }
   }
-  const Summary u = summarise(U), phi = summarise(U_rad);
+  std::string text;
+  if (!U.empty()) {
+    const Summary u = summarise(U), phi = summarise(U_rad);
+    text = fmt::format(
+        "    U (k = 2) of a coordinate {:.4f} to {:.4f} mm, mean {:.4f}; of the position (radius, "
+        "95 %) {:.4f} mm on average; of phi {:.4f} to {:.4f} deg; {} points\n",
+        u.min, u.max, u.mean, k95Radius * u.mean / 2, deg_from_rad(phi.min), deg_from_rad(phi.max),
+        U.size());
+  }
+  for (const auto& [why, n] : without) text += fmt::format("    no U at {} points: {}\n", n, why);
+  return text;
+}
+
+std::string judged_text(const Judged& j) {
   std::string text = fmt::format(
       "  {} ({}), {}, after {}: mean {:.4f} -> {:.4f} mm, 95 % {:.4f} -> {:.4f}, max {:.4f} -> "
       "{:.4f}, n = {}\n",
@@ -83,14 +107,12 @@ std::string judged_text(const Judged& j) {
   if (j.standing == Standing::unknown_epoch) return text;
   if (j.improvement_pct) text += fmt::format("    improvement {:.1f} %", *j.improvement_pct);
   if (j.improvement_95_pct) {
-    text += fmt::format(", 95 % interval {:.1f} to {:.1f} % (paired bootstrap)",
+    text += fmt::format(", 95 % interval {:.1f} to {:.1f} % (t of the log ratio)",
                         j.improvement_95_pct->low, j.improvement_95_pct->high);
   } else {
     text += ", too few points for an interval";
   }
-  text += fmt::format(
-      "\n    U (k = 2) of a point {:.4f} to {:.4f} mm, mean {:.4f}; of phi {:.4f} to {:.4f} deg\n",
-      u.min, u.max, u.mean, deg_from_rad(phi.min), deg_from_rad(phi.max));
+  text += "\n" + uncertainty_text(j);
   if (j.covered_pct) {
     text += fmt::format(
         "    {:.1f} % of the coordinates lie within U and the reading's noise (95 % expected)\n",
@@ -104,16 +126,16 @@ std::string judged_text(const Judged& j) {
 
 std::string to_text(const Assessment& a) {
   std::string text =
-      fmt::format("campaign {}\nnoise of a reading, {}\n",
+      fmt::format("campaign {}\n{}\n",
                   job::campaign_title(terminal::printable(a.campaign), a.simulated), a.noise);
   if (a.floor_mean_mm) {
-    text += fmt::format("noise floor: a perfect robot reads a mean deviation of {:.4f} mm\n",
-                        *a.floor_mean_mm);
+    text += fmt::format("mean length of a perfect reading: {:.4f} mm\n", *a.floor_mean_mm);
   }
   for (const Session& s : a.sessions) text += session_text(s);
   if (a.job) {
-    text += fmt::format("\njob {}: {}\n  U from {}\n", a.job->id, a.job->stage,
-                        a.job->uncertainty_from);
+    text += fmt::format("\njob {}: {}\n", a.job->id, a.job->stage);
+    if (!a.job->uncertainty_from.empty()) text += "  U from " + a.job->uncertainty_from + "\n";
+    text += report::budget_text(a.job->budget);
     for (const Judged& j : a.job->sets) text += judged_text(j);
     for (const std::string& w : a.job->warnings) text += "  warning: " + w + "\n";
   }

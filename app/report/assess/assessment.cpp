@@ -6,16 +6,17 @@
 #include <cmath>
 #include <set>
 
+#include "app/files/budget_json.hpp"
 #include "app/job/fitted_range.hpp"
 #include "app/job/held_out.hpp"
 #include "app/job/run.hpp"
-#include "app/report/assess/uncertainty.hpp"
 #include "app/report/methods.hpp"
+#include "core/calibrate/uncertainty.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/judge/range.hpp"
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
 #include "core/plane/blocks.hpp"
-#include "core/plane/hull.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {
@@ -25,25 +26,29 @@ namespace {
 constexpr int kBlocks = 6;
 
 struct Noise {
-  std::optional<TrackerSigma> sigma;
+  std::optional<NoiseLevel> level;
   std::string words;
+
+  [[nodiscard]] std::optional<TrackerSigma> sigma() const {
+    return level ? std::optional(level->sigma) : std::nullopt;
+  }
+  [[nodiscard]] std::string verdict(const Summary& position_mm) const {
+    if (!level) return "";
+    return floor_verdict(position_mm.mean, position_mm.n, level->sigma.xy_mm,
+                         level->degrees_of_freedom);
+  }
 };
 
 Noise noise_of(const Campaign& campaign) {
   try {
     const NoiseLevel level = noise_level(campaign);
-    return {level.sigma, level.words};
+    return {level, level.words};
   } catch (const InputError& error) {
     return {std::nullopt, error.text().what + " (" + error.text().got + "): no floor, no verdict"};
   }
 }
 
-std::string verdict(double mean_mm, const std::optional<double>& floor_mm) {
-  return floor_mm ? floor_verdict(mean_mm, *floor_mm) : "";
-}
-
-Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noise& noise,
-                 const std::optional<double>& floor_mm) {
+Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noise& noise) {
   std::vector<Reading> readings;
   std::vector<double> position, attitude;
   for (const Visit& visit : walk.visits) {
@@ -57,10 +62,10 @@ Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noi
                   .compensation_job = walk.session.compensation_job,
                   .position_mm = summarise(position),
                   .attitude_rad = summarise(attitude),
-                  .poses = iso9283(readings, noise.sigma),
-                  .rails = iso230(mechanism, readings, noise.sigma),
+                  .poses = iso9283(readings, noise.sigma()),
+                  .rails = iso230(mechanism, readings, noise.sigma()),
                   .verdict = {}};
-  session.verdict = verdict(session.position_mm.mean, floor_mm);
+  session.verdict = noise.verdict(session.position_mm);
   return session;
 }
 
@@ -69,6 +74,7 @@ struct Pairs {
   Judged judged;  // all but the points' figures
   std::vector<const Reading*> before;
   std::vector<Pose> after;
+  std::vector<std::string> outside;  // of each point why it is out of range; "" within
 
   [[nodiscard]] std::vector<Pose> errors() const {
     std::vector<Pose> all;
@@ -80,7 +86,8 @@ struct Pairs {
 };
 
 std::vector<Pairs> stored_pairs(const report::Measured& measured, const store::Job& job,
-                                const std::vector<report::Group>& groups) {
+                                const std::vector<report::Group>& groups,
+                                const FittedRange& range) {
   std::vector<Pairs> all;
   const Seen seen = report::seen_by(measured, job);
   for (const report::Group& group : groups) {
@@ -96,6 +103,7 @@ std::vector<Pairs> stored_pairs(const report::Measured& measured, const store::J
       for (const report::Pair& pair : c.paired.pairs) {
         pairs.before.push_back(&pair.before->reading);
         pairs.after.push_back(pair.after);
+        pairs.outside.push_back(range.why_outside(pair.before->reading.target));
       }
       all.push_back(std::move(pairs));
     }
@@ -117,25 +125,41 @@ Pairs cross_validated(const store::Job& job, const Campaign& campaign,
   pairs.judged.session = fmt::format("{} spatial blocks", kBlocks);
   pairs.judged.set = "identify";
   pairs.judged.predicted = pairs.judged.cross_validated = true;
-  pairs.after = job::held_out_poses(fit, campaign, fitted, spatial_blocks(places, kBlocks));
-  for (const Reading& r : fitted) pairs.before.push_back(&r);
+  const std::vector<int> block = spatial_blocks(places, kBlocks);
+  pairs.after = job::held_out_poses(fit, campaign, fitted, block);
+  std::vector<FittedRange> others;  // what each block was predicted from
+  for (int b = 0; b < kBlocks; ++b) {
+    std::vector<Reading> rest;
+    for (std::size_t k = 0; k < fitted.size(); ++k) {
+      if (block[k] != b) rest.push_back(fitted[k]);
+    }
+    others.push_back(fitted_range(rest));
+  }
+  for (std::size_t k = 0; k < fitted.size(); ++k) {
+    pairs.before.push_back(&fitted[k]);
+    pairs.outside.push_back(
+        others[static_cast<std::size_t>(block[k])].why_outside(fitted[k].target));
+  }
   return pairs;
 }
 
-/// Share of the coordinates of place that lie within U (k = 2) and the reading's noise, where that
-/// noise is not in U already.
-double covered_pct(const Pairs& pairs, double sigma_mm) {
-  int covered = 0;
+/// Share of the coordinates of place that lie within U (k = 2) and the reading's noise; nothing
+/// without a point in range.
+std::optional<double> covered_pct(const Pairs& pairs, double sigma_mm) {
+  int covered = 0, all = 0;
   const std::vector<Pose> errors = pairs.errors();
   for (std::size_t k = 0; k < errors.size(); ++k) {
-    const double limit = 2 * std::hypot(pairs.judged.points[k].U_mm / 2, sigma_mm);
+    const auto& U = pairs.judged.points[k].U;
+    if (!U) continue;
+    const double limit = 2 * std::hypot(U->U_mm / 2, sigma_mm);
+    all += 2;
     for (const double e : {errors[k].x_mm, errors[k].y_mm}) covered += std::abs(e) <= limit ? 1 : 0;
   }
-  return 100.0 * covered / static_cast<double>(2 * errors.size());
+  if (all == 0) return std::nullopt;
+  return 100.0 * covered / all;
 }
 
-void judge(Pairs& pairs, const PointUncertainty& uncertainty, const job::FittedRange& range,
-           const std::optional<double>& floor_mm) {
+void judge(Pairs& pairs, const std::optional<PointUncertainty>& uncertainty, const Noise& noise) {
   std::vector<BeforeAfter> points;
   for (std::size_t k = 0; k < pairs.before.size(); ++k) {
     const Reading& r = *pairs.before[k];
@@ -144,15 +168,18 @@ void judge(Pairs& pairs, const PointUncertainty& uncertainty, const job::FittedR
   const Errors errors = errors_in(Figure::position_mm, points);
   for (std::size_t k = 0; k < pairs.before.size(); ++k) {
     const Reading& r = *pairs.before[k];
-    const Expanded U = uncertainty.of(r);
-    pairs.judged.points.push_back(
-        {.seq = r.seq,
-         .target = r.target,
-         .before_mm = errors.before[k],
-         .after_mm = errors.after[k],
-         .U_mm = U.U_mm,
-         .U_rad = U.U_rad,
-         .outside = !range.holds_place(r.target) || !range.holds_phi(r.target)});
+    Point point{.seq = r.seq,
+                .target = r.target,
+                .before_mm = errors.before[k],
+                .after_mm = errors.after[k],
+                .why_no_U = pairs.outside[k]};
+    if (pairs.judged.standing == Standing::unknown_epoch) {
+      point.why_no_U = "measured in an epoch that the fit knows nothing of";
+    } else if (!uncertainty) {
+      point.why_no_U = "neither the correction nor a held-out point in range tells it";
+    }
+    if (point.why_no_U.empty()) point.U = uncertainty->of(r);
+    pairs.judged.points.push_back(std::move(point));
   }
   Judged& j = pairs.judged;
   j.before_mm = errors.summary_before;
@@ -160,10 +187,10 @@ void judge(Pairs& pairs, const PointUncertainty& uncertainty, const job::FittedR
   if (j.standing == Standing::unknown_epoch) return;
   j.improvement_pct = errors.improvement_pct;
   j.improvement_95_pct = improvement_interval_pct(errors.before, errors.after);
-  j.verdict = verdict(j.after_mm.mean, floor_mm);
+  j.verdict = noise.verdict(j.after_mm);
 }
 
-void warn(const Pairs& pairs, const job::FittedRange& range, std::vector<std::string>& warnings) {
+void warn(const Pairs& pairs, const FittedRange& range, std::vector<std::string>& warnings) {
   const Judged& j = pairs.judged;
   if (j.standing == Standing::unknown_epoch) {
     std::set<int> epochs;
@@ -173,30 +200,77 @@ void warn(const Pairs& pairs, const job::FittedRange& range, std::vector<std::st
   }
   std::vector<Pose> targets;
   for (const Reading* r : pairs.before) targets.push_back(r->target);
-  const std::string points = fmt::format("points of {} ({})", j.session, j.set);
-  for (std::string& words : job::extrapolation_words(range, targets, points)) {
-    warnings.push_back(std::move(words));
-  }
+  std::ranges::move(
+      job::extrapolation_words(range, targets, fmt::format("points of {} ({})", j.session, j.set)),
+      std::back_inserter(warnings));
 }
 
-/// The held-out errors of all sets, their readings, and where they come from.
-std::string whence(const std::vector<Pairs>& all, std::vector<Pose>& errors,
-                   std::vector<const Reading*>& readings) {
+/// The held-out errors of all sets, within range, and where they come from.
+std::string whence(const std::vector<Pairs>& all, std::vector<HeldOut>& held_out) {
   std::string names;
   for (const Pairs& p : all) {
     if (p.judged.standing != Standing::unseen) continue;
     const std::vector<Pose> own = p.errors();
-    errors.insert(errors.end(), own.begin(), own.end());
-    readings.insert(readings.end(), p.before.begin(), p.before.end());
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      if (p.outside[k].empty()) held_out.push_back({p.before[k], own[k]});
+    }
     names += (names.empty() ? "" : ", ") + p.judged.session;
   }
-  return "held-out points (" + names + ")";
+  return "held-out points in range (" + names + ")";
+}
+
+/// Of the points with U: the root mean square of their standard uncertainty.
+std::optional<double> model_u_mm(const std::vector<Judged>& sets) {
+  double squares = 0;
+  int n = 0;
+  for (const Judged& j : sets) {
+    for (const Point& p : j.points) {
+      if (!p.U) continue;
+      squares += p.U->U_mm * p.U->U_mm / 4;
+      ++n;
+    }
+  }
+  if (n == 0) return std::nullopt;
+  return std::sqrt(squares / n);
+}
+
+/// The budget; and what of it U and the intervals of the improvement lack.
+void add_budget(JobAssessment& out, const Campaign& campaign, const NoiseLevel& noise) {
+  out.budget = budget_of(campaign, budget_facts(campaign), noise, model_u_mm(out.sets));
+  const double beside_mm = combined_mm(out.budget, false);
+  for (Judged& j : out.sets) {
+    std::vector<double> before, after;
+    for (Point& p : j.points) {
+      if (p.U) p.U->U_mm = std::hypot(p.U->U_mm, 2 * beside_mm);
+      before.push_back(p.before_mm);
+      after.push_back(p.after_mm);
+    }
+    if (!j.improvement_95_pct) continue;
+    j.improvement_95_pct = improvement_interval_pct(
+        before, after, relative_u(out.budget, j.before_mm.mean, j.after_mm.mean, j.predicted));
+  }
+}
+
+/// What the correction knows of itself, widened by what held-out points show beyond it; else by
+/// these alone; nothing where there are too few of them, or no sigma.
+std::optional<PointUncertainty> uncertainty_of(const Correction& correction,
+                                               const Mechanism& mechanism,
+                                               const std::vector<Reading>& fitted,
+                                               const std::vector<Pairs>& all, const Noise& noise) {
+  if (!noise.level) return std::nullopt;
+  const TrackerSigma& sigma = noise.level->sigma;
+  std::vector<HeldOut> held_out;
+  const std::string from = whence(all, held_out);
+  if (const auto own = own_uncertainty(correction, mechanism, fitted, sigma)) {
+    return calibrated(*own, held_out, sigma);
+  }
+  if (held_out.size() < kFewestHeldOut) return std::nullopt;
+  return held_out_uncertainty(held_out, from, sigma);
 }
 
 JobAssessment assessed_job(store::Connection& connection, const store::CampaignRow& campaign,
                            const report::Measured& measured, const std::string& session,
-                           const store::Job& job, const Noise& noise,
-                           const std::optional<double>& floor_mm) {
+                           const store::Job& job, const Noise& noise) {
   if (job.data.campaign_id != campaign.id) {
     throw InputError({.what = "the job is of another campaign",
                       .got = fmt::format("job {}", job.id),
@@ -210,7 +284,8 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
   std::erase_if(groups, [&session](const report::Group& g) {
     return !session.empty() && g.walk->session.name != session;
   });
-  std::vector<Pairs> all = stored_pairs(measured, job, groups);
+  const FittedRange range = fitted_range(fitted);
+  std::vector<Pairs> all = stored_pairs(measured, job, groups, range);
   const bool any_held_out = std::ranges::any_of(
       all, [](const Pairs& p) { return p.judged.standing == Standing::unseen; });
   JobAssessment out;
@@ -224,35 +299,18 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
                              error.text().what);
     }
   }
-  const job::FittedRange range = job::fitted_range(fitted);
-  const Correction correction = job::correction_of(job.data.result_json);
-  std::optional<PointUncertainty> uncertainty;
-  double beside_mm = 0;  // noise of a reading that U leaves out
-  if (noise.sigma) {
-    uncertainty = own_uncertainty(correction, measured.campaign.mechanism, fitted, *noise.sigma);
-  }
-  std::vector<Pose> errors;
-  std::vector<const Reading*> held_out;
-  const std::string from = whence(all, errors, held_out);
-  if (uncertainty) beside_mm = noise.sigma->xy_mm;
-  if (uncertainty && !errors.empty()) {
-    uncertainty = widened(*uncertainty, held_out, errors, *noise.sigma);
-  }
-  if (!uncertainty) {
-    if (errors.empty()) {
-      throw InputError({.what = "nothing is known of the uncertainty of this job's correction",
-                        .expected = "held-out points, or enough readings to cross-validate"});
-    }
-    uncertainty = held_out_uncertainty(errors, from);
-  }
-  out.uncertainty_from = uncertainty->basis;
+  const std::optional<PointUncertainty> uncertainty = uncertainty_of(
+      job::correction_of(job.data.result_json), measured.campaign.mechanism, fitted, all, noise);
+  if (uncertainty) out.uncertainty_from = uncertainty->basis;
   for (Pairs& pairs : all) {
-    judge(pairs, *uncertainty, range, floor_mm);
-    if (pairs.judged.standing == Standing::unseen)
-      pairs.judged.covered_pct = covered_pct(pairs, beside_mm);
+    judge(pairs, uncertainty, noise);
+    if (pairs.judged.standing == Standing::unseen && noise.level) {
+      pairs.judged.covered_pct = covered_pct(pairs, noise.level->sigma.xy_mm);
+    }
     warn(pairs, range, out.warnings);
     out.sets.push_back(std::move(pairs.judged));
   }
+  if (noise.level) add_budget(out, measured.campaign, *noise.level);
   return out;
 }
 
@@ -266,13 +324,13 @@ Assessment gather(store::Connection& connection, const store::CampaignRow& campa
   out.campaign = campaign.name;
   out.simulated = campaign.simulated;
   out.noise = noise.words;
-  if (noise.sigma) out.floor_mean_mm = noise_floor_mean_mm(noise.sigma->xy_mm);
+  if (noise.level) out.floor_mean_mm = noise_floor_mean_mm(noise.level->sigma.xy_mm);
   std::string known;
   for (const report::Walk& walk : measured.walks) {
     known += (known.empty() ? "" : ", ") + walk.session.name;
     if (!session.empty() && walk.session.name != session) continue;
     if (walk.visits.empty()) continue;
-    out.sessions.push_back(assessed(walk, measured.campaign.mechanism, noise, out.floor_mean_mm));
+    out.sessions.push_back(assessed(walk, measured.campaign.mechanism, noise));
   }
   if (out.sessions.empty() && !session.empty()) {
     throw NotFoundError({.what = "the campaign has no such session with measured readings",
@@ -285,8 +343,8 @@ Assessment gather(store::Connection& connection, const store::CampaignRow& campa
                       .hint = "measure a session, or import readings"});
   }
   if (!job.empty()) {
-    out.job = assessed_job(connection, campaign, measured, session, job::find(connection, job),
-                           noise, out.floor_mean_mm);
+    out.job =
+        assessed_job(connection, campaign, measured, session, job::find(connection, job), noise);
   }
   return out;
 }

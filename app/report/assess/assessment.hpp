@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "core/judge/before_after.hpp"
+#include "core/judge/budget.hpp"
 #include "core/judge/iso230.hpp"
 #include "core/judge/iso9283.hpp"
 #include "core/judge/seen.hpp"
-#include "core/statistics/bootstrap.hpp"
+#include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
 #include "store/campaign.hpp"
 
@@ -28,8 +30,8 @@ struct Point {
   int seq = 0;
   Pose target;
   double before_mm = 0, after_mm = 0;
-  double U_mm = 0, U_rad = 0;  // k = 2
-  bool outside = false;        // of the hull of the points, or the range of phi, that were fitted
+  std::optional<Expanded> U = {};  // k = 2, of a coordinate; within the range that was fitted
+  std::string why_no_U = {};       // outside it
 };
 
 /// Points of one session and set before and after the job's correction.
@@ -43,7 +45,8 @@ struct Judged {
   std::optional<Interval> improvement_95_pct;
   std::string verdict;
   std::vector<Point> points;
-  /// Held-out: coordinates of place within U (k = 2) and the reading's noise; 95 is expected.
+  /// Held-out, of the points with U: coordinates of place within U (k = 2) and the reading's noise;
+  /// 95 is expected.
   std::optional<double> covered_pct;
 
   [[nodiscard]] bool in_sample() const { return standing == Standing::fitted; }
@@ -54,6 +57,7 @@ struct JobAssessment {
   std::string stage;
   std::string uncertainty_from;
   std::vector<Judged> sets;
+  std::vector<BudgetRow> budget;  // behind U; none where the noise is not known
   std::vector<std::string> warnings;
 };
 

@@ -81,8 +81,9 @@ Json circle_section(const Source& source) {
       Json::array({"mean of absolute values", "", "",
                    deviation_words(mean_deviation(*source.report.circles, &CircleRow::before)),
                    deviation_words(mean_deviation(*source.report.circles, &CircleRow::after))}));
-  rows.push_back(
-      Json::array({"the paper's, Table XI", "", "", "-", deviation_words(kPaperCircles)}));
+  if (const auto printed = published_circles(source.report)) {
+    rows.push_back(Json::array({"the paper's, Table XI", "", "", "-", deviation_words(*printed)}));
+  }
   items.push_back(table(
       {"circle-deviations", "Least-squares circles less the circles asked for", "mm; " + judged},
       {"circle", "wanted [mm]", "n", "before: (centre x, y), radius [mm]",

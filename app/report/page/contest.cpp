@@ -4,7 +4,7 @@
 
 #include "app/report/page/source.hpp"
 #include "core/judge/deviation.hpp"
-#include "core/statistics/bootstrap.hpp"
+#include "core/statistics/interval.hpp"
 
 namespace trammel::report {
 
@@ -43,7 +43,7 @@ Json folds(const Source& source) {
   for (const Json& row : details.at("table")) {
     const std::string name = row.at("method");
     if (row.contains("failed")) {
-      rows.push_back(Json::array({name, "could not run", "", "", "", row.at("failed")}));
+      rows.push_back(Json::array({name, "could not run", "", "", row.at("failed")}));
       continue;
     }
     std::string depends;
@@ -55,16 +55,14 @@ Json folds(const Source& source) {
       return fmt::format("{:.4f}", row.at(key).get<double>());
     };
     rows.push_back(Json::array({name + (name == picked ? " (picked)" : ""), number("mean_mm"),
-                                number("p95_mm"), number("max_mm"), number("U_k2_mm"),
+                                number("p95_mm"), number("max_mm"),
                                 depends.empty() ? "nothing recorded" : depends}));
   }
-  return table(
-      {"folds", title,
-       fmt::format("Position errors [mm], held-out: each reading predicted without its "
-                   "spatial block; noise floor {:.4f} mm. U: expanded uncertainty, k = 2.",
-                   details.at("floor_mean_mm").get<double>())},
-      {"method", "mean [mm]", "p95 [mm]", "max [mm]", "U (k = 2) [mm]", "what is left goes with"},
-      rows);
+  return table({"folds", title,
+                fmt::format("Position errors [mm], held-out: each reading predicted without its "
+                            "spatial block; mean length of a perfect reading {:.4f} mm.",
+                            details.at("floor_mean_mm").get<double>())},
+               {"method", "mean [mm]", "p95 [mm]", "max [mm]", "what is left goes with"}, rows);
 }
 
 }  // namespace
@@ -83,8 +81,10 @@ Json contest_section(const Source& source) {
           ? absent("contest", title, "No calibration was judged on readings yet.")
           : figure({"contest", title,
                     std::string("mm, on one baseline; whiskers: 95 % interval of the mean "
-                                "(points resampled)") +
-                        (floor ? fmt::format("; line: noise floor, {:.4f} mm", *floor) : "") +
+                                "(Student's t over the points)") +
+                        (floor ? fmt::format("; line: mean length of a perfect reading, {:.4f} mm",
+                                             *floor)
+                               : "") +
                         (predicted ? "; *: predicted from the readings before, not measured again."
                                    : ".")},
                    "contest",

@@ -67,7 +67,7 @@ Json temperature_figure(const Source& source) {
 
 Json identification_table(const Source& source) {
   const auto& found = source.report.identification;
-  const char* title = "Identified error sources (the paper's Table III)";
+  const char* title = "Identified error sources";
   if (!found)
     return absent("identified", title, "No least squares: trammel calibrate lsq CAMPAIGN.");
   Json rows = Json::array();

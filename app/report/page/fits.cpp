@@ -47,13 +47,12 @@ Json simulated(const Source& source, const Comparison& c) {
   const auto& floor = source.report.floor_mean_mm;
   return figure(
       {id, title,
-       fmt::format("{} readings before any compensation, {}. Each coordinate of the error "
-                   "as the tracker read it and as the robot of this fit shows it{}.",
-                   measured.size(), name_of(c.standing),
-                   floor ? fmt::format("; the noise of one coordinate is {:.4f} mm "
-                                       "(one standard deviation)",
-                                       *floor / std::sqrt(kPi / 2))
-                         : "")},
+       fmt::format(
+           "{} readings before any compensation, {}. Each coordinate of the error "
+           "as the tracker read it and as the robot of this fit shows it{}.",
+           measured.size(), name_of(c.standing),
+           floor ? fmt::format("; sigma per coordinate {:.4f} mm", *floor / std::sqrt(kPi / 2))
+                 : "")},
       "simulated", {{"measured", measured}, {"simulated", simulation}});
 }
 
@@ -84,12 +83,12 @@ Json sensitivity_figure(const Source& source) {
 }
 
 /// Per joint: what the map was told and what it says, in one set.
-Json network_set(const Source& source, const JointMap& map, const std::vector<Reading>& readings,
-                 const char* name) {
+Json network_set(const Source& source, const MapCorrection& map,
+                 const std::vector<Reading>& readings, const char* name) {
   Json joints = Json::array({Json::array(), Json::array(), Json::array()});
-  for (const JointSample& s :
-       merge_places(joint_samples(source.measured.campaign.mechanism, readings))) {
-    const Eigen::Vector3d says = joint_error_at(map, {s.x_mm, s.y_mm});
+  for (const JointSample& s : merge_places(joint_samples(source.measured.campaign.mechanism,
+                                                         without_shifts(readings, map.epochs)))) {
+    const Eigen::Vector3d says = joint_error_at(map.map, {s.x_mm, s.y_mm});
     for (int i = 0; i < kChains; ++i) {
       joints[static_cast<std::size_t>(i)].push_back(
           Json::array({drawn(s.error_mm[i]), drawn(says[i])}));
@@ -118,8 +117,8 @@ Json network_figure(const Source& source) {
     }
   }
   try {
-    Json sets = Json::array({network_set(source, map->map, seen, "in-sample")});
-    if (!unseen.empty()) sets.push_back(network_set(source, map->map, unseen, "held-out"));
+    Json sets = Json::array({network_set(source, *map, seen, "in-sample")});
+    if (!unseen.empty()) sets.push_back(network_set(source, *map, unseen, "held-out"));
     const NetworkFit& fit = *source.report.network;
     return figure({"network", title,
                    fmt::format("Joint errors [mm] as measured and as the network gives them: {} "

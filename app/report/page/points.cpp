@@ -35,7 +35,7 @@ Json by_point(const Source& source, const Comparison& c, bool position) {
   return figure(
       {fmt::format("points-{}-{}", id_of(source, c), position ? "position" : "attitude"),
        fmt::format("{} error by point: {}", position ? "Position" : "Attitude", words_of(c)),
-       set_words(c) + (floor ? ". Line: what a perfect robot reads on average." : ".")},
+       set_words(c) + (floor ? ". Line: the mean of a perfect reading." : ".")},
       "by-point", std::move(data));
 }
 
@@ -45,8 +45,8 @@ Json summary_row(const ErrorTable& t) {
   };
   std::string paper = "-";
   if (t.paper) {
-    paper = fmt::format("{}: {:.4f} to {:.4f}", t.paper->table, t.paper->before_mean,
-                        t.paper->after_mean);
+    paper =
+        fmt::format("{}: {:.4f} to {:.4f}", t.paper->table, t.paper->before[0], t.paper->after[0]);
   }
   return Json::array({t.method, t.figure, t.unit, name_of(t.standing),
                       t.after_predicted ? "predicted" : "measured again",

@@ -92,7 +92,7 @@ TEST_CASE("the text is an argument from what was expected to what can't be seen"
                         "nominal",
                         "geometry",
                         "+backlash",
-                        "noise floor",
+                        "sigma per coordinate",
                         "design",
                         "lead_scale"});
   for (std::size_t begin = 0; begin < text.size();) {

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/files/json_file.hpp"
+#include "app/files/published_json.hpp"
 #include "app/report/report.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/paths.hpp"
@@ -60,7 +62,7 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   // One baseline: both methods start from the same readings.
   CHECK(table(report, "idw-48-position").at("before") ==
         table(report, "rbf-48-position").at("before"));
-  CHECK(table(report, "idw-48-position").at("paper").at("table") == "VI");
+  CHECK_FALSE(table(report, "idw-48-position").contains("paper"));  // another robot's figures
   CHECK(report.at("contest").at("n") == 48);
   CHECK(report.at("identification").at("rank") == 12);
   CHECK(report.at("identification").at("columns") == 18);
@@ -68,7 +70,7 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   for (const Answer& p : report.at("identification").at("parameters")) {
     CAPTURE(p.at("name"));
     CHECK(p.at("value").is_number() == p.at("identified").get<bool>());
-    if (p.at("name") == "l_2") CHECK(p.at("paper") == 0.3707);
+    CHECK_FALSE(p.contains("paper"));
   }
 
   // Figs. 7 and 8: what constants cannot follow is left, in-sample and held-out.
@@ -93,8 +95,8 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   const std::string text = run({"report", "drive-error"});
   CHECK_THAT(text, Contains("predicted from the readings before, not measured again"));
   CHECK_THAT(text, Contains("rank 12 of 18"));
-  CHECK_THAT(text, Contains("noise floor"));
-  CHECK_THAT(text, Contains("0.3707") && Contains("the paper's Figs. 7, 8"));
+  CHECK_THAT(text, Contains("perfect reading"));
+  CHECK_THAT(text, !Contains("0.3707") && !Contains("paper"));
   CHECK_THAT(text, !Contains("dropped"));
 
   run({"calibrate", "lsq", "drive-error", "--drop-below", "2"});
@@ -112,10 +114,24 @@ TEST_CASE("a campaign without calibration has a report that says so", "[report]"
   CHECK(run_program({"report", "nobody"}, folder.path()).exit_code == 3);
 }
 
-TEST_CASE("the paper's figures stand at the tables that it printed, and nowhere else", "[report]") {
-  CHECK(report::paper_figures("lsq-80-position")->after_mean == 0.0241);
-  CHECK(report::paper_figures("lsq-80-position")->in_sample);
-  CHECK_FALSE(report::paper_figures("idw-48-position")->in_sample);  // whatever ours was
-  CHECK(report::paper_figures("rbf-48-attitude")->table == "X");
-  CHECK_FALSE(report::paper_figures("lsq-48-position").has_value());
+TEST_CASE("published figures are stored with the campaign that has them, and shown for no other",
+          "[report]") {
+  const auto protocol =
+      Answer::parse(tests::read_text(tests::source_folder() + "/examples/paper/protocol.json"));
+  const JsonFile file = parse_json(protocol.dump(), "protocol");
+  Fields fields(file);
+  Campaign campaign;
+  CHECK_FALSE(published_of(campaign));
+  campaign.facts[kPublishedFact] = read_published(fields.object("published"));
+  const auto printed = published_of(campaign);
+  REQUIRE(printed);
+  CHECK(printed->tables.size() == 6);
+  CHECK(printed->tables[0].after[0] == 0.0241);
+  CHECK(printed->tables[0].in_sample);
+  CHECK_FALSE(printed->tables[2].in_sample);
+  CHECK(printed->parameters.at("l_2") == 0.3707);
+  Answer wrong = protocol["published"];
+  wrong["tables"][0]["after"] = {1, 2};
+  const JsonFile bad = parse_json(wrong.dump(), "published");
+  CHECK_THROWS_WITH(read_published(Fields(bad)), Contains("three numbers"));
 }

@@ -18,12 +18,3 @@ TEST_CASE("errors before and after are distances to the target, phi the shorter 
   CHECK_THAT(attitude.summary_before.mean, WithinAbs(2, 1e-12));
   CHECK_THAT(attitude.after[0], WithinAbs(0, 1e-12));
 }
-
-TEST_CASE("U of a coordinate is twice its root mean square, of three formulas one", "[judge]") {
-  const std::vector<Pose> errors = {{0.3, 0.4, 0.01}, {-0.3, 0.4, -0.01}};
-  const Expanded U = expanded_from(errors);
-  CHECK_THAT(U.U_mm, WithinAbs(2 * 0.5 / std::sqrt(2.0), 1e-12));
-  CHECK_THAT(U.U_rad, WithinAbs(0.02, 1e-12));
-  const std::vector<double> lengths = {0.5, 0.5};
-  CHECK_THAT(coordinate_U_mm(lengths), WithinAbs(U.U_mm, 1e-12));
-}

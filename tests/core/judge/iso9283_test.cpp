@@ -127,7 +127,7 @@ TEST_CASE("a perfect robot reads the floors that are stated beside AP and RP", "
   CHECK_THAT(*symbol(many, "RP_c").value, WithinRel(*symbol(many, "RP_c").floor, 0.02));
   // AP_p of n visits is Rayleigh with sigma / sqrt(n): mean over many poses
   double sum = 0;
-  for (int k = 0; k < 400; ++k) sum += *symbol(iso9283(drawn(1, 10, random), sigma), "AP_p").value;
+  for (int k = 0; k < 400; ++k) sum += *symbol(iso9283(drawn(1, 10, random)), "AP_p").value;
   CHECK_THAT(sum / 400,
              WithinRel(*symbol(iso9283(drawn(1, 10, random), sigma), "AP_p").floor, 4 * 0.52 / 20));
 }

@@ -10,8 +10,9 @@ using namespace trammel;
 namespace {
 
 /// `places` commands, each read `times` times about a pose of its own.
-std::vector<Reading> repeats(int places, int times, double xy_mm, double phi_rad) {
-  Random random(51);
+std::vector<Reading> repeats(int places, int times, double xy_mm, double phi_rad,
+                             std::uint64_t seed = 51) {
+  Random random(seed);
   std::vector<Reading> readings;
   for (int place = 0; place < places; ++place) {
     for (int k = 0; k < times; ++k) {
@@ -50,14 +51,63 @@ TEST_CASE("another approach, epoch or command is no repeat; one repeat counts on
   CHECK_FALSE(pooled_noise(repeats(5, 1, 0.01, 1e-4)));
 }
 
-TEST_CASE("the tracker's word comes first, repeats second, and with neither it is refused",
+TEST_CASE("what is stated stands until repeats exceed it, once in 100 sound campaigns",
           "[measure]") {
+  Campaign campaign;
+  campaign.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
+  int overruled = 0, doubted = 0;
+  constexpr int kTrials = 1000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    campaign.readings =
+        repeats(20, 3, 0.010, rad_from_deg(0.004), static_cast<std::uint64_t>(100 + trial));
+    const NoiseLevel level = noise_level(campaign);
+    overruled += level.source == NoiseLevel::Source::repeats ? 1 : 0;
+    doubted += level.doubted ? 1 : 0;
+  }
+  INFO(overruled << " overruled, " << doubted << " doubted");
+  // two tests of 1 % each way: 20 +- 4.4
+  CHECK(overruled <= 38);
+  CHECK(overruled >= 5);
+  CHECK(doubted <= 38);
+  CHECK(doubted >= 5);
+}
+
+TEST_CASE("repeats beyond what is stated are used, repeats below doubt it, few decide nothing",
+          "[measure]") {
+  Campaign campaign;
+  campaign.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
+  campaign.readings = repeats(20, 5, 0.0197, rad_from_deg(0.004));
+  const NoiseLevel beyond = noise_level(campaign);
+  CHECK(beyond.source == NoiseLevel::Source::repeats);
+  CHECK(beyond.degrees_of_freedom == 80);
+  CHECK_THAT(beyond.sigma.xy_mm, WithinRel(0.0197, 0.2));
+  CHECK(beyond.sigma.phi_rad == rad_from_deg(0.004));  // phi stands
+  CHECK_THAT(beyond.words, Contains("beyond the stated 0.0100 mm"));
+  campaign.readings = repeats(20, 5, 0.0011, rad_from_deg(0.004));
+  const NoiseLevel below = noise_level(campaign);
+  CHECK(below.source == NoiseLevel::Source::tracker);
+  CHECK(below.sigma.xy_mm == 0.010);
+  CHECK_THAT(below.words, Contains("is sigma in the right unit?"));
+  campaign.readings = repeats(9, 2, 0.05, rad_from_deg(0.004));
+  const NoiseLevel few = noise_level(campaign);
+  CHECK(few.sigma.xy_mm == 0.010);
+  CHECK_THAT(few.words, Contains("too few to decide"));
+}
+
+TEST_CASE("one bad repeat does not make the noise: its group is left out", "[measure]") {
+  Campaign campaign;
+  campaign.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
+  campaign.readings = repeats(20, 3, 0.010, rad_from_deg(0.004));
+  campaign.readings[7].measured->x_mm += 1.0;
+  const NoiseLevel level = noise_level(campaign);
+  CHECK(level.source == NoiseLevel::Source::tracker);
+  CHECK(level.repeats->groups_left_out == 1);
+}
+
+TEST_CASE("without a statement the repeats, and with neither it is refused", "[measure]") {
   Campaign campaign;
   campaign.readings = repeats(10, 3, 0.02, 1e-4);
   CHECK(noise_level(campaign).source == NoiseLevel::Source::repeats);
-  campaign.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
-  CHECK(noise_level(campaign).source == NoiseLevel::Source::tracker);
-  CHECK(noise_level(campaign).sigma.xy_mm == 0.010);
   campaign.tracker = TrackerSigma{0.010, 0};
   CHECK_THROWS_WITH(noise_level(campaign), Contains("sigma_phi_deg"));
   campaign.tracker.reset();

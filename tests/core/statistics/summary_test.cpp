@@ -1,5 +1,4 @@
 #include "core/statistics/summary.hpp"
-#include "core/judge/verdict.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -88,12 +87,4 @@ TEST_CASE("the noise floor is the mean length of plane noise", "[assess]") {
   for (int k = 0; k < kDraws; ++k) mean += std::hypot(random.normal(), random.normal()) / kDraws;
   // standard error sqrt((4 - pi) / 2 / n) = 0.0033; five of them: false alarm below 1e-6
   CHECK_THAT(mean, WithinAbs(noise_floor_mean_mm(1.0), 0.0165));
-}
-
-TEST_CASE("the verdict tells the floor, what lies above it, and a fit of the noise apart",
-          "[assess]") {
-  CHECK_THAT(floor_verdict(0.0140, 0.0125), Contains("at the floor"));
-  CHECK_THAT(floor_verdict(0.0325, 0.0125), Contains("30.0 um unexplained"));
-  CHECK_THAT(floor_verdict(0.0, 0.0125), Contains("below the floor") && Contains("cannot judge"));
-  CHECK_THAT(floor_verdict(0.0120, 0.0125), Contains("at the floor"));
 }

@@ -71,7 +71,7 @@ export function contest(data, width) {
         },
         { type: 'custom', name: '95 % interval of the mean', renderItem: whisker, z: 5, itemStyle: { color: ink },
           data: data.bars.map((b, i) => [i, b.low ?? b.after, b.high ?? b.after]), silent: true },
-        ...floorLine(data.floor, 'noise floor', 'mm'),
+        ...floorLine(data.floor, 'mean length of a perfect reading', 'mm'),
       ],
       tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => (typeof v === 'number' ? mm(v) : '') },
     },

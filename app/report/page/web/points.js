@@ -12,7 +12,7 @@ export function byPoint(data, width) {
         type: 'line', name: side, data: data[side].map((v, i) => [i + 1, v]), symbol: k === 0 ? 'emptyCircle' : 'circle',
         symbolSize: width < 500 ? 3 : 5, lineStyle: { width: 1, color: colours[side] }, itemStyle: { color: colours[side] },
         tooltip: { formatter: (p) => `${data.targets[p.dataIndex]}\n${side}: ${p.value[1].toFixed(4)} ${data.unit}` },
-      })), ...floorLine(data.floor, 'a perfect robot reads', data.unit)],
+      })), ...floorLine(data.floor, 'mean of a perfect reading', data.unit)],
       tooltip: { ...base.tooltip, trigger: 'item' },
     },
   };

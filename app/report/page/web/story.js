@@ -16,7 +16,7 @@ export function waterfall(data, width) {
       data: data.steps.map((s, i) => (i === 0 || s[key] === null || data.steps[i - 1][key] === null ? 0 : Math.max(0, data.steps[i - 1][key] - s[key]))),
     });
   });
-  const floor = floorLine(data.floor, 'a perfect model leaves', 'mm');
+  const floor = floorLine(data.floor, 'sigma per coordinate', 'mm');
   return {
     height: 300,
     option: {

@@ -1,0 +1,232 @@
+#include "core/calibrate/uncertainty.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "core/calibrate/map_uncertainty.hpp"
+#include "core/calibrate/model_uncertainty.hpp"
+#include "core/error.hpp"
+#include "core/mechanism/velocity.hpp"
+#include "core/statistics/limits.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+/// k = 2 of a coordinate of place, both alike, and of phi.
+Expanded expanded(const Eigen::Vector3d& variance) {
+  return {.U_mm = 2 * std::sqrt(std::max((variance[0] + variance[1]) / 2, 0.0)),
+          .U_rad = 2 * std::sqrt(std::max(variance[2], 0.0))};
+}
+
+/// The conditions under which the corrected robot goes to the target of `reading`.
+Conditions corrected(const Correction& correction, const Mechanism& mechanism,
+                     const Reading& reading) {
+  const InverseResult at = commanded(correction, mechanism, move_of(reading));
+  if (!at.ok()) {
+    throw InputError({.what = "the corrected robot cannot reach a target",
+                      .where = {.point = "seq " + std::to_string(reading.seq)}});
+  }
+  Conditions conditions = reading.conditions;
+  conditions.cmd_mm = at.l_mm;
+  return conditions;
+}
+
+/// J_V of the nominal robot at the target.
+Eigen::Matrix3d jacobian_of(const Mechanism& mechanism, const Reading& reading) {
+  const RailFrames rails = rail_frames(mechanism.geometry);
+  const ChainsAtPose at = chains_at(rails, reading.target.vector());
+  if (at.reached()) return velocity_jacobian(velocity_equation(rails, at));
+  throw InputError({.what = "the nominal robot cannot reach a target",
+                    .where = {.point = "seq " + std::to_string(reading.seq)}});
+}
+
+Eigen::Vector3d map_variance(const MapUncertainty& known, const Mechanism& mechanism,
+                             const Reading& reading) {
+  return pose_variance(known, {reading.target.x_mm, reading.target.y_mm},
+                       jacobian_of(mechanism, reading));
+}
+
+PointUncertainty of_model(const Correction& correction, const RobotModel& model,
+                          const Mechanism& mechanism, std::span<const Reading> fitted,
+                          const TrackerSigma& sigma) {
+  const ModelUncertainty known = model_uncertainty(model, fitted, sigma);
+  return {"the covariance of the fitted model and its lack of fit", [=](const Reading& reading) {
+            const Conditions at = corrected(correction, mechanism, reading);
+            return expanded(pose_covariance(known, at).diagonal());
+          }};
+}
+
+std::optional<PointUncertainty> of_map(const MapCorrection& c, const Mechanism& mechanism,
+                                       std::span<const Reading> fitted, const TrackerSigma& sigma) {
+  if (fitted.size() > kMostFieldSamples) return std::nullopt;
+  const std::vector<Reading> rows = without_shifts(fitted, c.epochs);
+  const MapUncertainty known =
+      map_uncertainty(c.map, mechanism, joint_samples(mechanism, rows), rows, sigma);
+  return PointUncertainty{
+      "what the map misses of a random field like its samples, and what no place explains",
+      [=](const Reading& reading) { return expanded(map_variance(known, mechanism, reading)); }};
+}
+
+std::optional<PointUncertainty> of_hybrid(const Correction& correction, const HybridCorrection& h,
+                                          const Mechanism& mechanism,
+                                          std::span<const Reading> fitted,
+                                          const TrackerSigma& sigma) {
+  if (fitted.size() > kMostFieldSamples) return std::nullopt;
+  ModelUncertainty model = model_uncertainty(h.model, fitted, sigma);
+  model.lack_xy_mm = model.lack_phi_rad = 0;  // the map takes it, or counts it as unexplained
+  const MapUncertainty left =
+      map_uncertainty(h.left, mechanism, samples_left(h.model, fitted), fitted, sigma);
+  return PointUncertainty{
+      "the covariance of the fitted model, and what the map misses of what it leaves",
+      [=](const Reading& reading) {
+        const Conditions at = corrected(correction, mechanism, reading);
+        return expanded(pose_covariance(model, at).diagonal() +
+                        map_variance(left, mechanism, reading));
+      }};
+}
+
+/// One coordinate of a held-out error, and the standard uncertainty that was expected of it.
+struct Entry {
+  int seq = 0;
+  double error = 0, own = 0;
+
+  /// Times its own uncertainty at which the coordinate is k = 2 away, the noise aside.
+  [[nodiscard]] double factor(double sigma) const {
+    return std::sqrt(std::max(0.0, error * error / 4 - sigma * sigma)) / own;
+  }
+};
+
+/// How held-out errors change an expected uncertainty u: to sqrt(factor^2 u^2 + more^2).
+struct Change {
+  double factor = 1, more = 0;
+};
+
+/// Coordinates of one kind, place or phi.
+class Kind {
+ public:
+  explicit Kind(double sigma) : sigma_(sigma) {}
+
+  void add(const Entry& entry) {
+    entries_.push_back(entry);
+    own2_ += entry.own * entry.own;
+    seen2_ += entry.error * entry.error;
+  }
+
+  /// By all that are not of `seq`.
+  [[nodiscard]] Change without(int seq) const {
+    double own2 = own2_, seen2 = seen2_;
+    std::vector<double> factors;
+    for (const Entry& e : entries_) {
+      if (e.seq == seq) {
+        own2 -= e.own * e.own;
+        seen2 -= e.error * e.error;
+      } else if (e.own > 0) {
+        factors.push_back(e.factor(sigma_));
+      }
+    }
+    const auto n = static_cast<double>(factors.size());
+    if (n < 2) return {};
+    if (own2 / n > sigma_ * sigma_) {
+      const auto within =
+          std::min(factors.size(), static_cast<std::size_t>(std::ceil(kWithin * (n + 1))));
+      std::ranges::nth_element(factors, factors.begin() + static_cast<std::ptrdiff_t>(within - 1));
+      return {.factor = factors[within - 1]};
+    }
+    const double more2 = std::max(0.0, (seen2 - own2) / n - sigma_ * sigma_);
+    const double u2 = own2 / n + more2, share = u2 / (u2 + sigma_ * sigma_);
+    const double t = student_limit(1 - kWithin, std::max(kLeastDegrees, n * share * share)) / 2;
+    return {.factor = t, .more = t * std::sqrt(more2)};
+  }
+
+ private:
+  static constexpr double kWithin = 0.9545;   // of a normal distribution, k = 2
+  static constexpr double kLeastDegrees = 5;  // below it t says no more than that little is known
+  std::vector<Entry> entries_;
+  double sigma_, own2_ = 0, seen2_ = 0;
+};
+
+std::string words_of(const Change& change, double unit, const char* name) {
+  char text[100];
+  if (change.more > 0) {
+    std::snprintf(text, sizeof text, "times %.2f and %.4f %s more", change.factor,
+                  unit * change.more, name);
+  } else {
+    std::snprintf(text, sizeof text, "times %.2f", change.factor);
+  }
+  return text;
+}
+
+double changed(double U, const Change& by) { return std::hypot(by.factor * U, 2 * by.more); }
+
+}  // namespace
+
+std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
+                                                const Mechanism& mechanism,
+                                                std::span<const Reading> fitted,
+                                                const TrackerSigma& sigma) {
+  if (const auto* g = std::get_if<GeometryCorrection>(&correction)) {
+    RobotModel model = nominal_model(mechanism);
+    model.geometry = g->geometry;
+    return of_model(correction, model, mechanism, fitted, sigma);
+  }
+  if (const auto* m = std::get_if<ModelCorrection>(&correction)) {
+    return of_model(correction, m->model, mechanism, fitted, sigma);
+  }
+  if (const auto* m = std::get_if<MapCorrection>(&correction)) {
+    return of_map(*m, mechanism, fitted, sigma);
+  }
+  if (const auto* h = std::get_if<HybridCorrection>(&correction)) {
+    return of_hybrid(correction, *h, mechanism, fitted, sigma);
+  }
+  return std::nullopt;
+}
+
+PointUncertainty calibrated(const PointUncertainty& own, std::span<const HeldOut> held_out,
+                            const TrackerSigma& sigma) {
+  if (held_out.size() < kFewestHeldOut) return own;
+  Kind place(sigma.xy_mm), phi(sigma.phi_rad);
+  for (const HeldOut& h : held_out) {
+    const Expanded U = own.of(*h.reading);
+    const int seq = h.reading->seq;
+    place.add({seq, h.error.x_mm, U.U_mm / 2});
+    place.add({seq, h.error.y_mm, U.U_mm / 2});
+    phi.add({seq, h.error.phi_rad, U.U_rad / 2});
+  }
+  constexpr int kNone = -1;
+  return {own.basis + "; by " + std::to_string(held_out.size()) + " held-out points of place " +
+              words_of(place.without(kNone), 1, "mm") + ", of phi " +
+              words_of(phi.without(kNone), deg_from_rad(1), "deg"),
+          [inner = own.of, place, phi](const Reading& reading) {
+            const Expanded U = inner(reading);
+            return Expanded{.U_mm = changed(U.U_mm, place.without(reading.seq)),
+                            .U_rad = changed(U.U_rad, phi.without(reading.seq))};
+          }};
+}
+
+PointUncertainty held_out_uncertainty(std::span<const HeldOut> held_out, const std::string& whence,
+                                      const TrackerSigma& sigma) {
+  TRAMMEL_ASSERT(held_out.size() >= 2);
+  const std::vector<HeldOut> all(held_out.begin(), held_out.end());
+  return {"the errors of " + whence + ", their noise removed (the same at every point)",
+          [all, sigma](const Reading& reading) {
+            double place = 0, phi = 0, n = 0;
+            for (const HeldOut& h : all) {
+              if (h.reading->seq == reading.seq) continue;
+              place += (h.error.x_mm * h.error.x_mm + h.error.y_mm * h.error.y_mm) / 2;
+              phi += h.error.phi_rad * h.error.phi_rad;
+              ++n;
+            }
+            const auto beyond = [n](double squares, double noise) {
+              return 2 * std::sqrt(std::max(0.0, squares / n - noise * noise));
+            };
+            return Expanded{.U_mm = beyond(place, sigma.xy_mm),
+                            .U_rad = beyond(phi, sigma.phi_rad)};
+          }};
+}
+
+}  // namespace trammel

@@ -1,0 +1,122 @@
+#include "core/judge/budget.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trammel {
+
+namespace {
+
+const double kRectangle = std::sqrt(3.0);
+constexpr const char *kModelRow = "model", *kRepeatsRow = "repeats";
+
+struct Assumed {
+  double value = 0;
+  const char* what = "";
+};
+
+/// What is stated, else what is assumed: nothing of a simulated instrument.
+BudgetRow row_of(const std::string& name, const std::optional<double>& stated,
+                 const std::string& source, const Assumed& assumed, bool simulated,
+                 bool rectangular) {
+  BudgetRow row{.name = name,
+                .source = source + ", as stated",
+                .distribution = rectangular ? "rectangular" : "normal",
+                .value = stated.value_or(simulated ? 0 : assumed.value),
+                .divisor = rectangular ? kRectangle : 1};
+  if (!stated) row.source = simulated ? "simulated: none" : source + ", " + assumed.what;
+  return row;
+}
+
+/// Half the span of the recorded temperatures.
+std::optional<double> recorded_spread_k(const Campaign& campaign) {
+  std::optional<double> low, high;
+  for (const Reading& r : campaign.readings) {
+    if (!r.measured || !r.conditions.temp_degc) continue;
+    low = std::min(low.value_or(INFINITY), *r.conditions.temp_degc);
+    high = std::max(high.value_or(-INFINITY), *r.conditions.temp_degc);
+  }
+  if (!low) return std::nullopt;
+  return (*high - *low) / 2;
+}
+
+BudgetRow temperature_row(const Campaign& campaign, const BudgetFacts& facts) {
+  const auto recorded = recorded_spread_k(campaign);
+  const double spread = recorded.value_or(1.0);
+  BudgetRow row = row_of("temperature", facts.temperature_spread_k, "spread between measurements",
+                         {spread, recorded ? "half of what was recorded" : "assumed"},
+                         campaign.simulated, true);
+  row.unit = "K";
+  const double alpha = facts.alpha_per_k.value_or(12e-6);
+  row.sensitivity =
+      alpha * facts.length_mm.value_or(campaign.mechanism.geometry.chains.front().R_mm);
+  if (!facts.alpha_per_k && row.value > 0) row.source += "; alpha of steel assumed";
+  return row;
+}
+
+/// Where repeats exceed the stated sigma, what the robot adds to it: less is in the model's row.
+BudgetRow repeats_row(const NoiseLevel& noise) {
+  BudgetRow row{.name = kRepeatsRow, .source = {}, .distribution = "normal"};
+  if (!noise.repeats) {
+    row.source = "no pose was measured twice: in the model's lack of fit";
+  } else if (!noise.stated) {
+    row.source = "no sigma stated: the robot's scatter counts as a reading's";
+  } else if (noise.source == NoiseLevel::Source::tracker) {
+    row.source = "repeats scatter as the tracker does";
+  } else {
+    row.source = "scatter of repeats beyond the tracker's, degrees of freedom: " +
+                 std::to_string(2 * noise.degrees_of_freedom);
+    row.value = std::sqrt(std::max(
+        0.0, noise.sigma.xy_mm * noise.sigma.xy_mm - noise.stated->xy_mm * noise.stated->xy_mm));
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<BudgetRow> budget_of(const Campaign& campaign, const BudgetFacts& facts,
+                                 const NoiseLevel& noise, const std::optional<double>& u_model_mm) {
+  const bool simulated = campaign.simulated;
+  std::vector<BudgetRow> rows;
+  rows.push_back(facts.instrument_u_mm ? row_of("instrument", facts.instrument_u_mm, "calibration",
+                                                {}, simulated, false)
+                                       : row_of("instrument", facts.instrument_mpe_mm, "MPE",
+                                                {0.015, "assumed"}, simulated, true));
+  rows.back().cancels = true;
+  rows.push_back(
+      row_of("nests", facts.nests_mm, "reflectors put back", {0.005, "assumed"}, simulated, true));
+  rows.push_back(
+      row_of("frame", facts.frame_u_mm, "registration", {0.005, "assumed"}, simulated, false));
+  rows.back().cancels = true;
+  rows.push_back(temperature_row(campaign, facts));
+  if (u_model_mm) {
+    rows.push_back({.name = kModelRow,
+                    .source = "what the correction knows of itself",
+                    .distribution = "normal",
+                    .value = *u_model_mm});
+  }
+  rows.push_back(repeats_row(noise));
+  return rows;
+}
+
+double combined_mm(std::span<const BudgetRow> rows, bool with_model) {
+  double squares = 0;
+  for (const BudgetRow& row : rows) {
+    if (row.name == kModelRow && !with_model) continue;
+    squares += row.contribution_mm() * row.contribution_mm();
+  }
+  return std::sqrt(squares);
+}
+
+double relative_u(std::span<const BudgetRow> rows, double before_mm, double after_mm,
+                  bool predicted) {
+  if (predicted) return 0;
+  double squares = 0;
+  for (const BudgetRow& row : rows) {
+    const bool shown = row.name == kModelRow || row.name == kRepeatsRow;
+    if (!row.cancels && !shown) squares += row.contribution_mm() * row.contribution_mm();
+  }
+  return std::sqrt(squares) * std::hypot(1 / before_mm, 1 / after_mm);
+}
+
+}  // namespace trammel
