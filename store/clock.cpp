@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <ctime>
 
+#include "core/error.hpp"
+
 namespace trammel::store {
 
 std::string utc_now() {
@@ -15,6 +17,13 @@ std::string utc_now() {
   const std::time_t seconds = system_clock::to_time_t(now);
   std::tm parts{};
   gmtime_r(&seconds, &parts);
+  constexpr int kFirstYear = 1970, kLastYear = 2200, kTmYear = 1900;
+  if (const int year = parts.tm_year + kTmYear; year < kFirstYear || year >= kLastYear) {
+    throw InputError({.what = "the computer's clock is wrong",
+                      .got = "the year " + std::to_string(year),
+                      .expected = "1970 to 2199",
+                      .hint = "set it: times of readings come from it"});
+  }
   std::array<char, 32> date{};
   std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &parts);
   std::array<char, 48> text{};
