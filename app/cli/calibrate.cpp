@@ -153,6 +153,11 @@ void setup_calibrate(Command app, Context& context) {
                 "train on this session (repeatable; all baseline sessions)")
         .type("SESSION");
     command.flag("--force", options->request.force, "compute again and store another run");
+    command.flag("--despite-screen", options->request.despite_screen,
+                 "although the screen finds something gross (campaign check)");
+    command.on_flag(
+        "--without-suspects", [options] { options->given["without_suspects"] = true; },
+        "leave out readings that are wrong for certain (campaign check: stale, missed, far)");
     command.flag("--dry-run", options->request.dry_run, "compute and show, store nothing");
     for (const StageOptions& own : kStageOptions) {
       if (stage.name == own.stage) own.add(command, options);

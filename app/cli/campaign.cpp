@@ -166,7 +166,7 @@ ExitCode run_campaign_show(const CampaignShowOptions& options, Context& context)
 }
 
 void setup_campaign(Command app, Context& context) {
-  Command campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
+  Command campaigns = noun(app, "campaign", "Campaigns: list, show, check, points, import, export");
   on_run(campaigns.command("list", "All campaigns of the database"), context,
          std::make_shared<CampaignListOptions>(), run_campaign_list);
   const auto options = std::make_shared<CampaignShowOptions>();

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/campaign_check.hpp"
 #include "app/cli/campaign_points.hpp"
 #include "app/cli/points_import.hpp"
 #include "app/files/stored_campaign.hpp"
 #include "app/files/tracker_clock.hpp"
+#include "app/job/screening.hpp"
+#include "core/measure/gross.hpp"
+#include "core/units.hpp"
 #include "store/open.hpp"
 #include "store/transaction.hpp"
 
@@ -58,11 +62,43 @@ std::string imported_text(const store::ImportResult& result, bool dry_run,
                      printable(campaign.name), campaign.readings.size());
 }
 
+Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& options) {
+  Admitted admitted;
+  if (options.frame == "fit") {
+    const auto frame = fitted_frame(campaign);
+    if (!frame) {
+      throw InputError({.what = "no turned and shifted frame takes the readings to their targets",
+                        .where = {.field = "--frame"},
+                        .hint = "trammel campaign check names what is wrong"});
+    }
+    for (Reading& r : campaign.readings) {
+      if (r.measured) r.measured = in_robot_frame(*frame, *r.measured);
+    }
+    admitted.frame = fmt::format(
+        "registered on the targets: readings were turned by {:.6g} deg and shifted by ({:.6g}, "
+        "{:.6g}) mm, taken back",
+        deg_from_rad(frame->turn_rad), frame->shift_x_mm, frame->shift_y_mm);
+    campaign.facts["frame"] = admitted.frame;
+  }
+  for (Reading& r : campaign.readings) {
+    if (r.measured) r.measured->phi_rad = near_target_rad(r.measured->phi_rad, r.target.phi_rad);
+  }
+  admitted.findings = screened(campaign);
+  require_sound(campaign, admitted.findings,
+                "`trammel campaign check` and `trammel diagnose --from` show it too");
+  return admitted;
+}
+
+std::string Admitted::text() const {
+  return (frame.empty() ? "" : "\nframe   " + frame) + "\n" + job::findings_text(findings);
+}
+
 ExitCode run_campaign_import(const CampaignImportOptions& options, Context& context) {
   require_one_source(options);
   if (!options.points.empty()) return import_points(options, context);
   CampaignFile file = read_campaign(options.folder);
   if (!options.name.empty()) file.campaign.name = options.name;
+  const Admitted admitted = admitted_at_door(file.campaign, options);
   const store::ImportResult result = store_or_try(
       [&](store::Connection& db) { return store_campaign(db, file); }, options.dry_run, context);
   const std::string& name = file.campaign.name;
@@ -70,9 +106,10 @@ ExitCode run_campaign_import(const CampaignImportOptions& options, Context& cont
     context.print("campaign-import", {{"campaign", name},
                                       {"n_readings", file.campaign.readings.size()},
                                       {"already_stored", result.already_stored},
-                                      {"dry_run", options.dry_run}});
+                                      {"dry_run", options.dry_run},
+                                      {"findings", job::findings_json(admitted.findings)}});
   } else {
-    context.print(imported_text(result, options.dry_run, file.campaign));
+    context.print(imported_text(result, options.dry_run, file.campaign) + admitted.text());
   }
   if (!options.dry_run) context.next("trammel calibrate lsq " + shell_word(name));
   return ExitCode::ok;
@@ -97,7 +134,7 @@ ExitCode run_campaign_export(const CampaignExportOptions& options, Context& cont
 }
 
 void setup_campaign_exchange(Command app, Context& context) {
-  Command campaigns = noun(app, "campaign", "Campaigns: list, show, points, import, export");
+  Command campaigns = noun(app, "campaign", "Campaigns: list, show, check, points, import, export");
   auto in = std::make_shared<CampaignImportOptions>();
   Command import = campaigns.command(
       "import", "Store a campaign/1 of another tool, or a tracker's file of points");
@@ -112,10 +149,15 @@ void setup_campaign_exchange(Command app, Context& context) {
       .one_of(date_order_names());
   import.option("--name", in->name, "Name it is stored under (default: as the file says)")
       .type("NAME");
+  import
+      .option("--frame", in->frame,
+              "fit: take a tracker's own frame, turned and shifted, onto the targets (as-is)")
+      .one_of({"as-is", "fit"});
   import.flag("--dry-run", in->dry_run, "Read and check all of it, store nothing");
   on_run(import, context, in, run_campaign_import);
 
   setup_campaign_points(campaigns, context);
+  setup_campaign_check(campaigns, context);
 
   auto out = std::make_shared<CampaignExportOptions>();
   Command exporting = campaigns.command("export", "Write a campaign as campaign/1");

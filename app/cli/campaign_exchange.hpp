@@ -2,8 +2,10 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "app/cli/context.hpp"
+#include "core/measure/screen.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::cli {
@@ -16,6 +18,7 @@ struct CampaignImportOptions {
   std::string layout;
   std::string mechanism, plan;  // empty: as the layout says
   std::string date;
+  std::string frame;  // "fit": register the readings' frame on the targets
 };
 struct CampaignExportOptions {
   std::string campaign;
@@ -25,6 +28,17 @@ struct CampaignExportOptions {
 
 /// `campaign import` and `campaign export`: the format campaign/1; import also takes points.
 void setup_campaign_exchange(Command app, Context& context);
+
+/// A campaign that the screen let in.
+struct Admitted {
+  std::vector<Suspicion> findings = {};  // none of them gross
+  std::string frame = {};                // what was registered; empty: nothing
+
+  [[nodiscard]] std::string text() const;
+};
+/// The door of every import: registers the frame where asked for, wraps phi near its target, and
+/// refuses what the screen finds gross (InputError).
+Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& options);
 
 using StoreIt = std::function<store::ImportResult(store::Connection&)>;
 /// Runs `store_it` on the database; a dry run makes every check of it, and rolls all of it back.

@@ -25,6 +25,7 @@ constexpr auto kRows = std::to_array<Row>({
     {"session resume",        "trammel report CAMPAIGN",                        "trammel session status CAMPAIGN"},
     {"emulate",               "trammel session run CAMPAIGN --plan PLAN --stage galil:FILE --tracker t2sa:FILE",
                               ""},
+    {"campaign check",        "trammel campaign show CAMPAIGN",                 "trammel diagnose CAMPAIGN"},
     {"campaign points",       "trammel campaign import --points FILE --layout layout.json", ""},
     {"campaign export",       "trammel campaign import FOLDER --dry-run",       ""},
     {"reading exclude",       "trammel calibrate lsq CAMPAIGN",                 ""},

@@ -9,6 +9,7 @@
 #include "app/files/numbers.hpp"
 #include "app/files/plan_json.hpp"
 #include "app/files/points_campaign.hpp"
+#include "app/job/screening.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {
@@ -174,8 +175,9 @@ std::string made_text(const Loaded& l) {
 std::string um_text(double mm) { return fmt::format("{:.1f}", rounded(mm * 1000, 1)); }
 
 ExitCode import_points(const CampaignImportOptions& o, Context& context) {
-  const Loaded loaded = load(o);
-  const Campaign& campaign = loaded.made.file.campaign;
+  Loaded loaded = load(o);
+  Campaign& campaign = loaded.made.file.campaign;
+  const Admitted admitted = admitted_at_door(campaign, o);
   const store::ImportResult result = store_or_try(
       [&](store::Connection& db) {
         return store::import_campaign(db, campaign, {}, provenance_json(loaded),
@@ -187,9 +189,10 @@ ExitCode import_points(const CampaignImportOptions& o, Context& context) {
                                       {"n_readings", campaign.readings.size()},
                                       {"already_stored", result.already_stored},
                                       {"dry_run", o.dry_run},
+                                      {"findings", job::findings_json(admitted.findings)},
                                       {"points", points_json(loaded)}});
   } else {
-    context.print(made_text(loaded) + imported_text(result, o.dry_run, campaign));
+    context.print(made_text(loaded) + imported_text(result, o.dry_run, campaign) + admitted.text());
   }
   if (!o.dry_run) context.next("trammel calibrate lsq " + shell_word(campaign.name));
   return ExitCode::ok;

@@ -14,11 +14,24 @@ namespace {
 
 constexpr const char* kFormat = "campaign/1";
 
+/// Bounds that no tracker leaves; below the least one, weights 1 / sigma^2 outrun what doubles
+/// hold.
+constexpr double kLeastSigma = 1e-9;
+constexpr double kMostSigmaMm = 100;
+constexpr double kMostSigmaDeg = 360;
+
+void require_sigma(const Fields& fields, const char* name, double value, double most) {
+  if (!(value > 0)) fields.refuse(name, "a sigma that is not positive");
+  if (value >= kLeastSigma && value <= most) return;
+  fields.refuse(name, "a sigma out of all bounds",
+                number_text(kLeastSigma) + " to " + number_text(most), "is the unit right?");
+}
+
 TrackerSigma read_tracker(Fields fields) {
   const TrackerSigma sigma{fields.number("sigma_xy_mm"),
                            rad_from_deg(fields.number("sigma_phi_deg"))};
-  if (!(sigma.xy_mm > 0)) fields.refuse("sigma_xy_mm", "a sigma that is not positive");
-  if (!(sigma.phi_rad > 0)) fields.refuse("sigma_phi_deg", "a sigma that is not positive");
+  require_sigma(fields, "sigma_xy_mm", sigma.xy_mm, kMostSigmaMm);
+  require_sigma(fields, "sigma_phi_deg", deg_from_rad(sigma.phi_rad), kMostSigmaDeg);
   fields.done();
   return sigma;
 }

@@ -16,7 +16,14 @@ class Scanner {
  public:
   explicit Scanner(CsvTable& table) : table_(table), text_(*table.text) {
     if (text_.starts_with("\xEF\xBB\xBF")) start_ = at_ = 3;
+    if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) {
+      refuse("the file is UTF-16: save it as UTF-8");
+    }
+    separator_ = separator_of(text_.substr(at_, text_.find_first_of("\r\n", at_) - at_));
+    ends_ = {separator_, '\r', '\n', '"', '\0'};
   }
+
+  [[nodiscard]] char separator() const { return separator_; }
 
   [[nodiscard]] bool at_end() const { return at_ >= text_.size(); }
 
@@ -30,7 +37,7 @@ class Scanner {
       if (row.cells.back().text.size() > kMaxCsvCellBytes) {
         refuse("a cell of more than " + std::to_string(kMaxCsvCellBytes) + " bytes");
       }
-      if (at_end() || text_[at_] != ',') break;
+      if (at_end() || text_[at_] != separator_) break;
       ++at_;
     }
     end_line();
@@ -47,14 +54,43 @@ class Scanner {
     return static_cast<int>(offset - start_) + 1;
   }
 
+  /// The one mark that separates the names of the header line.
+  [[nodiscard]] char separator_of(std::string_view header) const {
+    std::string found;
+    bool quoted = false;
+    for (const char c : header) {
+      if (c == '"') quoted = !quoted;
+      if (!quoted && (c == ',' || c == ';' || c == '\t') && found.find(c) == std::string::npos) {
+        found += c;
+      }
+    }
+    if (found.size() > 1) {
+      refuse(
+          "the header line has more than one of comma, semicolon and tab: which of them "
+          "separates columns has two readings");
+    }
+    return found.empty() ? ',' : found.front();
+  }
+
+  [[nodiscard]] bool is_padding(char c) const {
+    return c == ' ' || (c == '\t' && separator_ != '\t');
+  }
+  void skip_padding() {
+    while (!at_end() && is_padding(text_[at_])) ++at_;
+  }
+
   CsvCell cell() {
+    skip_padding();
     if (!at_end() && text_[at_] == '"') return quoted();
     const std::size_t from = at_;
-    at_ = std::min(text_.find_first_of(std::string_view(",\r\n\"\0", 5), at_), text_.size());
+    at_ = std::min(text_.find_first_of(std::string_view(ends_.data(), ends_.size()), at_),
+                   text_.size());
     if (!at_end() && text_[at_] == '"')
       refuse("a quote inside a cell that does not begin with one");
     if (!at_end() && text_[at_] == '\0') refuse("a NUL byte");
-    return {text_.substr(from, at_ - from), column(from)};
+    std::size_t to = at_;
+    while (to > from && is_padding(text_[to - 1])) --to;
+    return {text_.substr(from, to - from), column(from)};
   }
 
   CsvCell quoted() {
@@ -74,7 +110,8 @@ class Scanner {
       value += text_[at_];
     }
     ++at_;
-    if (!at_end() && std::string_view(",\r\n").find(text_[at_]) == std::string_view::npos) {
+    skip_padding();
+    if (!at_end() && text_[at_] != separator_ && text_[at_] != '\r' && text_[at_] != '\n') {
       refuse("text after a closing quote");
     }
     return {value, begin};
@@ -96,10 +133,42 @@ class Scanner {
   std::size_t at_ = 0;
   std::size_t start_ = 0;  // of the line
   int line_ = 1;
+  char separator_ = ',';
+  std::array<char, 5> ends_ = {};  // of a cell
 };
 
 bool is_blank(const CsvTable::Row& row) {
-  return row.cells.size() == 1 && row.cells[0].text.empty();
+  return std::ranges::all_of(row.cells, [](const CsvCell& cell) { return cell.text.empty(); });
+}
+
+/// Separators behind the last column, as spreadsheets leave them.
+void drop_empty_end(CsvTable::Row& row, std::size_t columns) {
+  while (row.cells.size() > columns && row.cells.back().text.empty()) row.cells.pop_back();
+}
+
+/// Where other marks than commas separate, numbers may have decimal commas: all or none of them.
+void take_decimal_commas(CsvTable& table) {
+  const CsvCell* point = nullptr;
+  const CsvCell* comma = nullptr;
+  for (CsvTable::Row& row : table.rows) {
+    for (CsvCell& cell : row.cells) {
+      const std::size_t at = cell.text.find(',');
+      if (at == std::string_view::npos) {
+        if (cell.text.find('.') != std::string_view::npos && parse_number(cell.text)) point = &cell;
+      } else {
+        std::string dotted(cell.text);
+        dotted[at] = '.';
+        if (!parse_number(dotted)) continue;
+        comma = &cell;
+        cell.text = table.unquoted.emplace_back(std::move(dotted));
+      }
+      if (point == nullptr || comma == nullptr) continue;
+      throw InputError({.what = "numbers with a decimal point and with a comma: '1,234' has two "
+                                "readings here",
+                        .where = {.file = table.name, .line = row.line, .column = cell.column},
+                        .expected = "one decimal mark in the whole file"});
+    }
+  }
 }
 
 void check_header(const CsvTable& table) {
@@ -163,20 +232,29 @@ CsvTable parse_csv(std::string text, const std::string& name) {
   table.text = std::make_unique<const std::string>(std::move(text));
   Scanner scanner(table);
   table.header = scanner.row();
+  drop_empty_end(table.header, 1);
   check_header(table);
+  int empty_line = 0;
   while (!scanner.at_end()) {
     if (table.rows.size() == kMaxCsvRows) {
       throw InputError({.what = "more than " + std::to_string(kMaxCsvRows) + " rows",
                         .where = {.file = name},
                         .hint = "import it in parts"});
     }
-    table.rows.push_back(scanner.row());
-    if (is_blank(table.rows.back()) && table.header.cells.size() > 1) {
-      throw InputError({.what = "an empty line",
-                        .where = {.file = name, .line = table.rows.back().line, .column = 1}});
+    CsvTable::Row row = scanner.row();
+    if (is_blank(row) && table.header.cells.size() > 1) {
+      if (empty_line == 0) empty_line = row.line;
+      continue;
     }
-    check_length(table, table.rows.back());
+    if (empty_line > 0) {
+      throw InputError({.what = "an empty line between others",
+                        .where = {.file = name, .line = empty_line, .column = 1}});
+    }
+    drop_empty_end(row, table.header.cells.size());
+    check_length(table, row);
+    table.rows.push_back(std::move(row));
   }
+  if (scanner.separator() != ',') take_decimal_commas(table);
   return table;
 }
 

@@ -1,5 +1,7 @@
 #include "app/files/mechanism_json.hpp"
 
+#include <cmath>
+
 #include "app/files/machine_json.hpp"
 #include "app/files/numbers.hpp"
 #include "core/units.hpp"
@@ -8,21 +10,34 @@ namespace trammel {
 
 namespace {
 
-double positive_mm(Fields& fields, const char* name) {
-  const double value_mm = fields.number(name);
+/// Bounds that no machine leaves and the store holds.
+constexpr double kLongestMm = 1e5;
+constexpr double kMostLeadMm = 1e4;
+constexpr double kMostDeg = 3600;
+
+double within(const Fields& fields, const char* name, double value, double most) {
+  if (!(std::abs(value) <= most)) {
+    fields.refuse(name, "the number is out of all bounds",
+                  number_text(-most) + " to " + number_text(most), "is the unit right?");
+  }
+  return value;
+}
+
+double positive_mm(Fields& fields, const char* name, double most_mm = kLongestMm) {
+  const double value_mm = within(fields, name, fields.number(name), most_mm);
   if (!(value_mm > 0)) fields.refuse(name, "a length that is not positive");
   return value_mm;
 }
 
 Chain read_chain(Fields& fields) {
   Chain chain;
-  chain.alpha_rad = rad_from_deg(fields.number("alpha_deg"));
-  chain.beta_rad = rad_from_deg(fields.number("beta_deg"));
+  chain.alpha_rad = rad_from_deg(within(fields, "alpha_deg", fields.number("alpha_deg"), kMostDeg));
+  chain.beta_rad = rad_from_deg(within(fields, "beta_deg", fields.number("beta_deg"), kMostDeg));
   chain.r_mm = positive_mm(fields, "r_mm");
   chain.S_mm = positive_mm(fields, "S_mm");
   chain.R_mm = positive_mm(fields, "R_mm");
-  chain.h_mm = fields.number("h_mm", 0);
-  chain.l_zero_mm = fields.number("l_zero_mm", 0);
+  chain.h_mm = within(fields, "h_mm", fields.number("h_mm", 0), kLongestMm);
+  chain.l_zero_mm = within(fields, "l_zero_mm", fields.number("l_zero_mm", 0), kLongestMm);
   fields.done();
   return chain;
 }
@@ -40,8 +55,10 @@ nlohmann::ordered_json chain_json(const Chain& chain) {
 
 Limits read_limits(Fields fields) {
   Limits limits;
-  limits.l_min_mm = fields.number("l_min_mm", limits.l_min_mm);
-  limits.l_max_mm = fields.number("l_max_mm", limits.l_max_mm);
+  limits.l_min_mm =
+      within(fields, "l_min_mm", fields.number("l_min_mm", limits.l_min_mm), kLongestMm);
+  limits.l_max_mm =
+      within(fields, "l_max_mm", fields.number("l_max_mm", limits.l_max_mm), kLongestMm);
   if (!(limits.l_min_mm < limits.l_max_mm)) fields.refuse("", "l_min_mm is not below l_max_mm");
   fields.done();
   return limits;
@@ -64,8 +81,9 @@ void validate_at(const Mechanism& mechanism, const Fields& fields) {
 }  // namespace
 
 Pose read_pose(Fields fields) {
-  const Pose pose{fields.number("x_mm"), fields.number("y_mm"),
-                  rad_from_deg(fields.number("phi_deg"))};
+  const Pose pose{within(fields, "x_mm", fields.number("x_mm"), kLongestMm),
+                  within(fields, "y_mm", fields.number("y_mm"), kLongestMm),
+                  rad_from_deg(within(fields, "phi_deg", fields.number("phi_deg"), kMostDeg))};
   fields.done();
   return pose;
 }
@@ -77,7 +95,9 @@ nlohmann::ordered_json pose_json(const Pose& pose) {
 Mechanism read_mechanism(Fields fields) {
   fields.choice("type", {"3-PRR"});
   Mechanism mechanism;
-  mechanism.screw_lead_mm = fields.number("screw_lead_mm", mechanism.screw_lead_mm);
+  if (fields.has("screw_lead_mm")) {
+    mechanism.screw_lead_mm = positive_mm(fields, "screw_lead_mm", kMostLeadMm);
+  }
   if (auto home = fields.optional_object("home")) mechanism.home = read_pose(*home);
   if (auto limits = fields.optional_object("limits")) mechanism.limits = read_limits(*limits);
   std::vector<Fields> chains = fields.objects("chains");

@@ -7,6 +7,7 @@
 
 #include "app/files/csv.hpp"
 #include "app/files/numbers.hpp"
+#include "core/measure/gross.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
@@ -110,11 +111,14 @@ class Reader {
         refuse(kSeq, "duplicate seq",
                "numbers that differ (first in line " + std::to_string(first->second) + ")");
       }
+      look_for_reach(reading);
       previous_cmd_mm_ = reading.conditions.cmd_mm;
       file_.campaign.readings.push_back(std::move(reading));
       file_.extras.push_back(read_extras());
     }
     sort_by_seq();
+    // What the screen explains is no row's own fault: the door names it.
+    if (out_of_reach_ && gross_mistakes(file_.campaign).empty()) throw *out_of_reach_;
   }
 
  private:
@@ -207,8 +211,7 @@ class Reader {
     reading.target = {number(kTargetX, kMaxPose_mm), number(kTargetY, kMaxPose_mm),
                       rad_from_deg(number(kTargetPhi, 3600))};
     reading.conditions = read_conditions();
-    reading.measured = read_measured(reading.set);
-    check_reach(reading);
+    reading.measured = read_measured(reading.set, reading.target);
     return reading;
   }
 
@@ -227,7 +230,7 @@ class Reader {
     return conditions;
   }
 
-  std::optional<Pose> read_measured(ReadingSet set) {
+  std::optional<Pose> read_measured(ReadingSet set, const Pose& target) {
     if (set == ReadingSet::predict) {
       for (const Column c : {kX, kY, kPhi}) {
         if (cell(c)) refuse(c, "a predict row with a measured pose", "an empty field");
@@ -235,7 +238,16 @@ class Reader {
       return std::nullopt;
     }
     return Pose{number(kX, 10 * kMaxPose_mm), number(kY, 10 * kMaxPose_mm),
-                rad_from_deg(number(kPhi, 36000))};
+                near_target_rad(rad_from_deg(number(kPhi, 36000)), target.phi_rad)};
+  }
+
+  void look_for_reach(const Reading& reading) {
+    if (out_of_reach_) return;
+    try {
+      check_reach(reading);
+    } catch (const InputError& error) {
+      out_of_reach_ = error;
+    }
   }
 
   /// The nominal robot must reach the target, and its rails the command.
@@ -298,6 +310,7 @@ class Reader {
   std::vector<std::size_t> unknown_;
   std::vector<std::size_t> extra_at_;
   Displacements previous_cmd_mm_;
+  std::optional<InputError> out_of_reach_;  // the first
 };
 
 std::string optional_text(const std::optional<double>& value) {

@@ -150,7 +150,7 @@ void store_batch(store::Connection& connection, const std::deque<Found>& batch, 
 
 SweepResult rerun_all(store::Connection& connection, const Sweep& sweep) {
   const Stage& stage = find_stage(sweep.stage);
-  if (!sweep.parameters.is_null()) static_cast<void>(stage.complete(sweep.parameters));
+  if (!sweep.parameters.is_null()) static_cast<void>(completed(stage, sweep.parameters));
   const std::int64_t version = store::data_version(connection);
   const std::vector<Chosen> campaigns = chosen_campaigns(connection.file(), sweep.where);
   SweepResult result{.campaigns = static_cast<int>(campaigns.size()), .failed = {}};

@@ -8,9 +8,11 @@
 #include <fmt/format.h>
 
 #include "app/job/points.hpp"
+#include "app/job/screening.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/seen.hpp"
+#include "core/measure/bad_readings.hpp"
 #include "core/plane/hull.hpp"
 #include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
@@ -27,6 +29,7 @@ struct Inputs {
   Json parameters;
   store::Id campaign = 0;
   store::LoadedCampaign loaded;
+  int n_readings = 0;  // suspects too
   HeldEpochs held;
   store::JobKey key;
 };
@@ -78,13 +81,15 @@ Inputs load(store::Connection& connection, const Request& request,
             const store::NewJob* then = nullptr) {
   Inputs in;
   in.stage = &find_stage(request.stage);
-  in.parameters = in.stage->complete(request.parameters);
+  in.parameters = completed(*in.stage, request.parameters);
   in.campaign = store::require_campaign_id(connection, request.campaign);
   in.loaded =
       store::load_campaign(connection, in.campaign,
                            {.sessions = chosen_sessions(connection, in.campaign, request.sessions),
                             .with_excluded = then != nullptr});
   if (then != nullptr) go_back_to(in.loaded, *then);
+  in.n_readings = static_cast<int>(in.loaded.campaign.readings.size());
+  in.loaded.campaign = as_asked(std::move(in.loaded.campaign), in.parameters);
   in.held = store::held_epochs(connection, in.campaign);
   std::vector<int> excluded;
   for (const store::Exclusion& e : in.loaded.exclusions) excluded.push_back(e.seq);
@@ -262,6 +267,83 @@ std::vector<std::string> held_out_words(const Campaign& campaign,
   return words;
 }
 
+/// Fitted readings that are wrong for certain.
+std::vector<Suspicion> suspects_of(const Campaign& campaign) {
+  std::vector<Suspicion> bad = bad_readings(campaign);
+  std::erase_if(bad, [&](const Suspicion& s) {
+    return std::ranges::none_of(campaign.readings, [&](const Reading& r) {
+      return r.seq == s.seqs.front() && r.set == ReadingSet::identify;
+    });
+  });
+  return bad;
+}
+
+/// "in-sample 12.3 %, held-out -702.0 %": gains of the mean position error.
+std::string gains_in_words(const std::vector<Judged>& judged) {
+  std::string text;
+  for (const Standing standing : {Standing::fitted, Standing::unseen}) {
+    const std::vector<BeforeAfter> points = points_of(judged, standing);
+    if (points.empty()) continue;
+    const Errors e = errors_in(Figure::position_mm, points);
+    text += fmt::format("{}{} {:.4f} -> {:.4f} mm", text.empty() ? "" : ", ",
+                        standing == Standing::fitted ? "in-sample" : "held-out",
+                        e.summary_before.mean, e.summary_after.mean);
+  }
+  return text;
+}
+
+/// The figures with the suspects in the fit, and how they would be without.
+std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
+                                       const std::vector<Judged>& judged, Json& details) {
+  constexpr std::size_t kNamed = 5;
+  if (in.stage->name == "diagnose") return {};  // it leaves them out, and says so
+  const std::vector<Suspicion> bad = suspects_of(in.loaded.campaign);
+  if (bad.empty()) return {};
+  details["suspect_readings"] = findings_json(bad);
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < std::min(bad.size(), kNamed); ++k)
+    words.push_back("warning: suspect reading: " + in_words(bad[k]));
+  if (bad.size() > kNamed)
+    words.push_back(fmt::format("warning: and {} suspect readings more", bad.size() - kNamed));
+  try {
+    Inputs without = in;
+    std::erase_if(without.loaded.campaign.readings, [&](const Reading& r) {
+      return std::ranges::any_of(bad, [&](const Suspicion& s) { return s.seqs.front() == r.seq; });
+    });
+    const StageResult result =
+        in.stage->run(with_judges(without.loaded.campaign, seen), in.parameters);
+    words.push_back(fmt::format("with {} suspect reading{} in the fit: {}; without: {}", bad.size(),
+                                bad.size() == 1 ? "" : "s", gains_in_words(judged),
+                                gains_in_words(judge(without, seen, result.correction))));
+  } catch (const InputError& error) {
+    words.push_back(std::string("without the suspect readings nothing is fitted: ") + error.what());
+  }
+  return words;
+}
+
+/// A fit that fails over a reading which is wrong for certain names it.
+std::pair<StageResult, std::vector<Judged>> fitted_and_judged(const Inputs& in, const Seen& seen) {
+  try {
+    StageResult result = in.stage->run(with_judges(in.loaded.campaign, seen), in.parameters);
+    std::vector<Judged> judged = judge(in, seen, result.correction);
+    return {std::move(result), std::move(judged)};
+  } catch (const InputError& error) {
+    const std::vector<Suspicion> bad = suspects_of(in.loaded.campaign);
+    if (bad.empty()) throw;
+    ErrorText text = error.text();
+    text.what += "; suspect reading: " + in_words(bad.front());
+    text.hint = "--without-suspects calibrates without it";
+    throw InputError(text);
+  }
+}
+
+/// Nothing is calibrated on what the screen finds gross, unless asked for.
+void require_sound(const Inputs& in, const Request& request) {
+  if (in.stage->name == "diagnose" || request.despite_screen) return;
+  trammel::require_sound(in.loaded.campaign, screened(in.loaded.campaign),
+                         "`trammel diagnose` shows it; --despite-screen calibrates all the same");
+}
+
 store::NewJob begun(const Inputs& in) {
   store::NewJob job;
   job.campaign_id = in.campaign;
@@ -269,7 +351,7 @@ store::NewJob begun(const Inputs& in) {
   job.stage = in.stage->name;
   job.algorithm_version = in.stage->algorithm_version;
   job.parameters_json = in.parameters.dump();
-  job.n_readings = static_cast<int>(in.loaded.campaign.readings.size());
+  job.n_readings = in.n_readings;
   job.sessions = in.loaded.sessions;
   for (const store::Exclusion& e : in.loaded.exclusions) job.exclusions.push_back(e.id);
   return job;
@@ -278,9 +360,8 @@ store::NewJob begun(const Inputs& in) {
 store::NewJob computed(const Inputs& in) {
   const auto start = std::chrono::steady_clock::now();
   const Seen seen = seen_by_fit(in.loaded.campaign, in.held, is_one_set_up(in.parameters));
-  StageResult result = in.stage->run(with_judges(in.loaded.campaign, seen), in.parameters);
+  auto [result, judged] = fitted_and_judged(in, seen);
   store::NewJob job = begun(in);
-  const std::vector<Judged> judged = judge(in, seen, result.correction);
   job.statistics = statistics(judged);
   const Json gains = improvements(judged);
   std::vector<store::JobPoint> points;
@@ -291,7 +372,8 @@ store::NewJob computed(const Inputs& in) {
                       .after = Pose::from(pose_difference(point.after, point.target))});
   }
   for (const auto& more :
-       {improvement_words(gains), hull_words(judged), held_out_words(in.loaded.campaign, judged)}) {
+       {suspect_words(in, seen, judged, result.details), improvement_words(gains),
+        hull_words(judged), held_out_words(in.loaded.campaign, judged)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
   job.result_json =
@@ -335,6 +417,7 @@ std::optional<Computation> compute_new(store::Connection& connection, const Requ
   computation.readings_head = store::chain_head(connection, in.campaign);
   computation.n_exclusions = store::exclusions(connection, in.campaign).size();
   if (!request.force && store::has_job(connection, in.campaign, in.key.key)) return std::nullopt;
+  require_sound(in, request);
   snapshot.reset();
   computation.job = computed(in);
   return computation;
@@ -359,6 +442,7 @@ store::CampaignRow campaign_of(store::Connection& connection, const store::NewJo
 
 Outcome run(store::Connection& connection, const Request& request) {
   const Inputs in = load(connection, request);
+  require_sound(in, request);
   if (!request.force) {
     if (auto known = store::find_job(connection, in.campaign, in.key.key))
       return {*std::move(known), true};

@@ -98,7 +98,7 @@ StageResult run_diagnosis(const Campaign& measured, const Json& p) {
   d.notes.insert(d.notes.begin(), notes.begin(), notes.end());
   StageResult out;
   out.correction = ModelCorrection{d.fit.model};
-  out.details = diagnosis_json(d, campaign);
+  out.details = diagnosis_json(d, with_full_records(campaign));
   out.details["models"] = model_chain_json(d);
   return out;
 }

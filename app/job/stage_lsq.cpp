@@ -23,14 +23,11 @@ Json complete_lsq(const Json& given) {
                     {"attitude_weight", f.number("attitude_weight", 1.0)},
                     {"steps", f.integer("steps", 10)}};
   f.done();
-  if (!(all["drop_below"].get<double>() >= 0)) {
-    f.refuse("drop_below", "a share of a tolerance cannot be negative", "0 or more");
-  }
-  if (!(all["attitude_weight"].get<double>() > 0)) {
-    f.refuse("attitude_weight", "a weight must be positive",
-             "1 for the tracker's sigmas as stated");
-  }
-  if (all["steps"].get<int>() < 1) f.refuse("steps", "the system is solved once at least");
+  require_within(f, all, "drop_below", 0, 1e6, "a share of a tolerance");
+  // Beyond these one coordinate alone is solved: the other's equations vanish beside rounding.
+  require_within(f, all, "attitude_weight", 1e-6, 1e6,
+                 "a weight: 1 for the tracker's sigmas as stated");
+  require_within(f, all, "steps", 1, 1000, "how often the system is solved");
   return all;
 }
 

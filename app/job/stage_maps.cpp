@@ -17,12 +17,9 @@ Json complete_idw(const Json& given) {
                     {"tune", f.boolean("tune", false)},
                     {"epochs", f.choice("epochs", {"auto", "own", "shared"}, "auto")}};
   f.done();
-  if (!(all["power"].get<double>() > 0)) {
-    f.refuse("power", "a power must be positive", "2: the paper's");
-  }
-  if (all["neighbours"].get<int>() < 0) {
-    f.refuse("neighbours", "a count is not negative", "0 for all samples, or how many");
-  }
+  // d^-20 of places a thousandth of a nanometre apart and of 100 m are numbers still.
+  require_within(f, all, "power", 1e-3, 20, "a power: 2 is the paper's");
+  require_within(f, all, "neighbours", 0, 1e9, "a count: 0 for all samples");
   return all;
 }
 
@@ -36,16 +33,14 @@ Json complete_rbf(const Json& given) {
                     {"smooth", f.boolean("smooth", false)},
                     {"epochs", f.choice("epochs", {"auto", "own", "shared"}, "auto")}};
   f.done();
-  if (all["seed"].get<int>() < 0) f.refuse("seed", "a seed is not negative", "0, 1, 2, …");
-  if (all["neurons"].get<int>() < 1) {
-    f.refuse("neurons", "a network has a neuron at least", "50: the paper's");
-  }
-  if (!(all["relative_ridge"].get<double>() >= 0)) {
-    f.refuse("relative_ridge", "a ridge is not negative", "0 or more");
-  }
-  if (!(all["sigma_mm"].get<double>() >= 0)) {
-    f.refuse("sigma_mm", "a spread is not negative", "0 for leave-one-out, or mm");
-  }
+  require_within(f, all, "seed", 0, 1e9, "a seed");
+  require_within(f, all, "neurons", 1, 1e9, "a count: 50 is the paper's");
+  // Below 1e-14 of the mean diagonal a ridge is rounding, and holds no singular system.
+  if (all["relative_ridge"] != 0.0)
+    require_within(f, all, "relative_ridge", 1e-14, 1e6, "a ridge, or 0 for none");
+  // A neuron narrower than a hundredth of a millimetre is met by no other place.
+  if (all["sigma_mm"] != 0.0)
+    require_within(f, all, "sigma_mm", 0.01, 1e6, "a spread, or 0 for leave-one-out");
   return all;
 }
 

@@ -4,16 +4,52 @@
 
 #include <algorithm>
 
+#include "core/measure/bad_readings.hpp"
 #include "core/measure/epochs.hpp"
 #include "core/units.hpp"
 
 namespace trammel::job {
+
+namespace {
+
+constexpr const char* kWithoutSuspects = "without_suspects";
+
+}
 
 std::span<const Stage> stages() {
   static const std::vector<Stage> all = {lsq_stage(),     geometry_stage(), idw_stage(),
                                          rbf_stage(),     gp_stage(),       hybrid_stage(),
                                          contest_stage(), diagnose_stage()};
   return all;
+}
+
+void require_within(const Fields& fields, const Json& all, const char* name, double low,
+                    double high, const char* what) {
+  const double value = all[name].get<double>();
+  if (value >= low && value <= high) return;
+  fields.refuse(name, std::string("out of bounds for ") + what,
+                fmt::format("{:g} to {:g}", low, high));
+}
+
+Json completed(const Stage& stage, Json given) {
+  bool without = false;
+  if (const auto at = given.find(kWithoutSuspects); at != given.end()) {
+    const JsonFile file = parse_json(given.dump(), "parameters of " + stage.name);
+    without = Fields(file).boolean(kWithoutSuspects, false);
+    given.erase(kWithoutSuspects);
+  }
+  Json all = stage.complete(given);
+  if (without) all[kWithoutSuspects] = true;
+  return all;
+}
+
+Campaign as_asked(Campaign campaign, const Json& parameters) {
+  if (!parameters.value(kWithoutSuspects, false)) return campaign;
+  const std::vector<Suspicion> bad = bad_readings(campaign);
+  std::erase_if(campaign.readings, [&](const Reading& r) {
+    return std::ranges::any_of(bad, [&](const Suspicion& s) { return s.seqs.front() == r.seq; });
+  });
+  return campaign;
 }
 
 const Stage& find_stage(const std::string& name) {

@@ -28,6 +28,16 @@ struct Stage {
   StageResult (*run)(const Campaign& campaign, const Json& parameters);
 };
 
+/// Refuses the number `name` of `all` outside its bounds, with what it is (InputError).
+void require_within(const Fields& fields, const Json& all, const char* name, double low,
+                    double high, const char* what);
+
+/// The parameters in full, those of the stage and what all stages share: "without_suspects", true
+/// or absent.
+Json completed(const Stage& stage, Json given);
+/// `campaign` without its bad readings (core/measure/bad_readings.hpp) where the parameters ask.
+Campaign as_asked(Campaign campaign, const Json& parameters);
+
 /// All stages: lsq, geometry, idw, rbf, gp, hybrid, contest, diagnose.
 std::span<const Stage> stages();
 

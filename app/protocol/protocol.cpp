@@ -67,7 +67,7 @@ nlohmann::ordered_json read_parameters(Fields& fields, const std::string& stage)
   if (!fields.optional_object("parameters")) return nlohmann::ordered_json::object();
   nlohmann::ordered_json parameters = fields.value().at("parameters");
   try {
-    (void)job::find_stage(stage).complete(parameters);
+    (void)job::completed(job::find_stage(stage), parameters);
   } catch (const InputError& error) {
     ErrorText text = error.text();
     const std::string field = text.where.field;

@@ -50,8 +50,8 @@ std::optional<store::SessionRow> stored_session(store::Connection* connection,
 bool same_step(const store::Job& a, const store::Job& b) {
   if (a.data.stage != b.data.stage || a.data.sessions != b.data.sessions) return false;
   const job::Stage& stage = job::find_stage(a.data.stage);
-  return stage.complete(job::Json::parse(a.data.parameters_json)) ==
-         stage.complete(job::Json::parse(b.data.parameters_json));
+  return job::completed(stage, job::Json::parse(a.data.parameters_json)) ==
+         job::completed(stage, job::Json::parse(b.data.parameters_json));
 }
 
 /// The job a session is measured with: one that has begun goes on with the job it began with, as

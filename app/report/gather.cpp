@@ -20,6 +20,7 @@
 #include "core/judge/before_after.hpp"
 #include "core/judge/range.hpp"
 #include "core/measure/noise.hpp"
+#include "core/measure/screen.hpp"
 #include "core/plane/circle.hpp"
 #include "core/statistics/limits.hpp"
 #include "core/units.hpp"
@@ -291,6 +292,10 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   add_origin(report, connection, campaign.id, measured);
   add_budget(report, connection, measured, compared);
   report.remarks = remarks_on(report);
+  for (const Suspicion& s : screened(measured.campaign)) {
+    if (rule_of(s.kind).gravity != Gravity::remark)
+      report.remarks.push_back("The screen: " + in_words(s) + ".");
+  }
   add_new_epochs(report, compared);
   return report;
 }

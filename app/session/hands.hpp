@@ -28,6 +28,7 @@ struct [[nodiscard]] Failure {
     storage,    // the database did not take it
     stepped,    // the deviations have made a step: is the set-up where it was?
     cancelled,  // the operator wants it to stop at once
+    gross,      // what was measured is explained by a gross mistake (core/measure/gross.hpp)
   };
   Cause cause = Cause::none;
   device::Status status = device::Status::ok;

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "app/session/runner.hpp"
 #include "app/session/side_file.hpp"
+#include "core/measure/gross.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
 
@@ -157,18 +159,54 @@ Failure Runner::judge(const store::NewReading& stored) const {
   const char* where = near == nullptr ? "its target" : "where the points beside it are";
   const double off_mm = off.head<2>().norm();
   if (!(off_mm <= xy_mm)) {
-    return unsafe(
+    return beyond_gate(
+        stored,
         fmt::format("the platform was measured {:.3f} mm from {} (gate {:.3g} mm; --gate-mm states "
                     "another)",
                     off_mm, gate_.stated_xy ? "its target" : where, xy_mm));
   }
   if (!(std::abs(off[2]) <= phi_rad)) {
-    return unsafe(fmt::format(
-        "the platform was measured turned by {:.3f} deg from {} (gate {:.3g} deg; "
-        "--gate-deg states another)",
-        deg_from_rad(off[2]), gate_.stated_phi ? "its target" : where, deg_from_rad(phi_rad)));
+    return beyond_gate(
+        stored,
+        fmt::format("the platform was measured turned by {:.3f} deg from {} (gate {:.3g} deg; "
+                    "--gate-deg states another)",
+                    deg_from_rad(off[2]), gate_.stated_phi ? "its target" : where,
+                    deg_from_rad(phi_rad)));
   }
   return {};
+}
+
+/// The readings of this session.
+Campaign Runner::so_far() const {
+  Campaign campaign;
+  campaign.name = course_.campaign.name;
+  campaign.mechanism = devices_->mechanism;
+  campaign.tracker = devices_->sigma;
+  for (const auto& [seq, stored] : measured_) campaign.readings.push_back(stored.data.reading);
+  return campaign;
+}
+
+/// A reading beyond its gate: a mistake that explains it and all before it is named.
+Failure Runner::beyond_gate(const store::NewReading& stored, const std::string& how) const {
+  Campaign campaign = so_far();
+  campaign.readings.push_back(stored.reading);
+  std::vector<Suspicion> found = gross_mistakes(campaign);
+  if (found.empty()) found = gross_mistakes_of_few(campaign);
+  if (found.empty()) return unsafe(how);
+  return {Cause::gross, device::Status::fault, how + "; the screen: " + gross_in_words(found)};
+}
+
+/// The screen on what is stored of this session, at 6, 12, 24, … points and after the last.
+bool Runner::sound_so_far() {
+  const auto n = static_cast<int>(measured_.size());
+  const bool due =
+      n % kFewestScreened == 0 && std::has_single_bit(static_cast<unsigned>(n / kFewestScreened));
+  if (n < kFewestScreened || (!due && measured_.size() != course_.plan.points.size())) return true;
+  const std::string names = gross_in_words(screened(so_far()));
+  if (names.empty()) return true;
+  static_cast<void>(hands_.stop());  // motion first, then the record
+  fail("the screen refuses the readings of this session: " + names, ExitCode::invalid_data);
+  return false;
 }
 
 /// A deviation that differs from that of the nearest stored point as none before it did: a tracker
@@ -335,7 +373,7 @@ bool Runner::measure_point(const PlannedPoint& point) {
   }
   if (surroundings_.stored) surroundings_.stored(n_stored_);
   progress_->stored(deviation_mm(stored.reading));
-  return true;
+  return sound_so_far();
 }
 
 }  // namespace trammel::session

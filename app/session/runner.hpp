@@ -87,6 +87,9 @@ class Runner {
   Failure drive(const PlannedPoint& point, const device::Occasion& occasion, Reading& reading);
   Failure read(const device::Occasion& occasion, store::NewReading& stored);
   [[nodiscard]] Failure judge(const store::NewReading& stored) const;
+  [[nodiscard]] Failure beyond_gate(const store::NewReading& stored, const std::string& how) const;
+  [[nodiscard]] Campaign so_far() const;
+  [[nodiscard]] bool sound_so_far();
   [[nodiscard]] Failure look_for_step(const store::NewReading& stored) const;
   void learn_step(int seq);
   [[nodiscard]] Standing start_of(const PlannedPoint& point) const;

@@ -13,6 +13,7 @@
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"
 #include "core/mechanism/machine.hpp"
+#include "core/measure/screen.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {
@@ -225,11 +226,35 @@ void close_what_is_open(store::Connection& connection, store::Id campaign) {
   }
 }
 
-/// The plan's own time goes on where it ended; that of the world has passed by itself.
-double start_s(store::Connection& connection, const Course& course,
+struct Start {
+  double time_s = 0;
+  double back_s = 0;  // by so much the computer's clock stands before the last stored reading
+};
+
+/// The plan's own time goes on where it ended; that of the world has passed by itself, but never
+/// back before the last stored reading.
+Start start_of(store::Connection& connection, const Course& course,
                const device::Devices& devices) {
-  if (devices.virtual_time) return course.settings.start_s;
-  return store::campaign_age_s(connection, course.campaign.id);
+  if (devices.virtual_time) return {course.settings.start_s};
+  const double age_s = store::campaign_age_s(connection, course.campaign.id);
+  double last_s = age_s;
+  for (const store::StoredReading& r : store::readings(connection, course.campaign.id))
+    last_s = std::max(last_s, r.data.reading.conditions.time_s.value_or(last_s));
+  return {last_s, last_s - age_s};
+}
+
+void note_jump(store::Connection& connection, store::Id session, const Start& start) {
+  if (start.back_s <= 0) return;
+  store::add_event(connection, session, "clock",
+                   fmt::format("the computer's clock stands {:.3f} s before the last stored "
+                               "reading: time goes on from there",
+                               start.back_s));
+}
+
+/// Nothing is measured on top of readings that the screen refuses.
+void require_sound_before(store::Connection& connection, const store::CampaignRow& campaign) {
+  const Campaign stored = store::load_campaign(connection, campaign.id).campaign;
+  require_sound(stored, screened(stored), "see `trammel campaign check " + campaign.name + "`");
 }
 
 /// The stored plan, on the stage as it is now.
@@ -288,15 +313,18 @@ Outcome run(store::Connection& connection, const Request& request,
   if (!devices->controller.empty()) alone.emplace(devices->controller);
   take_in(connection, course.campaign);
   const SideRoom room(side_file(connection.file(), course.campaign.uuid));
+  require_sound_before(connection, course.campaign);
   const auto sessions = store::list_sessions(connection, course.campaign.id);
   course.settings = settings_after(sessions, request, *devices);
   course.settings.plan_sha256 = looked.plan_sha256;
-  course.settings.start_s = start_s(connection, course, *devices);
+  const Start start = start_of(connection, course, *devices);
+  course.settings.start_s = start.time_s;
   devices->clock->start(course.plan, course.settings.start_s);
   course.settings.end_s = devices->clock->end_s();
   const bool new_set_up = request.new_set_up || !as_before(sessions, *devices);
   const store::Id id = store::create_session(connection, new_session(course, request));
   course.session = store::get_session(connection, id);
+  note_jump(connection, id, start);
   store::add_event(connection, id, "checked",
                    fmt::format("{} points, plan {}, estimated {}", looked.n_points,
                                looked.plan_sha256, terminal::clock_text(looked.estimated_s)));
@@ -319,6 +347,7 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
   const store::CampaignRow owner = store::require_campaign(connection, campaign);
   const CampaignLock lock(connection.file(), owner.uuid);
   take_in(connection, owner);
+  require_sound_before(connection, owner);
   Course course = stored_course(connection, owner, session);
   if (is_done(course.session)) return done_before(course.session);
   std::optional<ControllerLock> alone;  // until the devices are let go
@@ -327,8 +356,10 @@ Outcome resume(store::Connection& connection, const std::string& campaign,
   const Outcome looked = checked_again(course, *devices);
   if (looked.refused()) return looked;
   course.correction = correction_of(connection, course.session.compensation_job, surroundings);
-  devices->clock->start(course.plan, start_s(connection, course, *devices));
+  const Start start = start_of(connection, course, *devices);
+  devices->clock->start(course.plan, start.time_s);
   close_what_is_open(connection, owner.id);
+  note_jump(connection, course.session.id, start);
   const SideRoom room(side_file(connection.file(), owner.uuid));
   Outcome outcome = Runner(connection, devices, course, surroundings).walk(true, false);
   outcome.estimated_s = looked.estimated_s;

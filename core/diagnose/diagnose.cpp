@@ -43,6 +43,7 @@ struct Work {
   Library library = {};
   bool agreement_taken = false;              // agreement of successive readings was taken for noise
   std::optional<double> one_length_mm = {};  // of all approaches, where it is one
+  std::vector<int> certain = {};             // seqs that are wrong whatever the model is
 };
 
 /// The best set, and what else was looked at, around its exact fit.
@@ -220,13 +221,23 @@ void settle_tails(Work& w) {
   fit_base(w);
 }
 
+/// Readings that are wrong whatever the model is: no fit begins with them.
+void drop_certain_readings(Work& w, const std::vector<Suspicion>& found) {
+  for (const Suspicion& s : found) {
+    if (s.kind != Mistake::stale && s.kind != Mistake::missed && s.kind != Mistake::far) continue;
+    const auto gone =
+        std::erase_if(w.readings, [&](const Reading& r) { return r.seq == s.seqs.front(); });
+    if (gone > 0) w.certain.push_back(s.seqs.front());
+  }
+}
+
 /// Single bad readings first, where the tails are normal: four outliers must not become seven
 /// effects.
 void drop_bad_readings(Work& w) {
-  if (w.out.noise.robust) return;
   NamedEffect bad;
   bad.name = "outlier_readings";
-  for (int round = 0; round < 5; ++round) {
+  bad.seqs = w.certain;
+  for (int round = 0; round < 5 && !w.out.noise.robust; ++round) {
     const Around at = around_what_is_large(w);
     const auto places = bad_readings(at.space, at.library.signals);
     if (places.empty()) break;
@@ -682,17 +693,41 @@ int fewest_replicates(double false_alarm, double inadequate) {
   return static_cast<int>(std::ceil(1 / std::min(false_alarm, inadequate))) - 1;
 }
 
-Diagnosis diagnose(const Campaign& campaign, const DiagnoseOptions& options) {
+Campaign with_full_records(Campaign campaign) {
+  const auto keep_recorded = [&](std::optional<double> Conditions::*cell) {
+    const auto lacks = [cell](const Reading& r) {
+      return r.measured && !(r.conditions.*cell).has_value();
+    };
+    const auto without = std::ranges::count_if(campaign.readings, lacks);
+    const auto measured =
+        std::ranges::count_if(campaign.readings, [](const Reading& r) { return !!r.measured; });
+    if (2 * without <= measured) std::erase_if(campaign.readings, lacks);
+  };
+  keep_recorded(&Conditions::temp_degc);
+  keep_recorded(&Conditions::time_s);
+  return campaign;
+}
+
+Diagnosis diagnose(const Campaign& measured, const DiagnoseOptions& options) {
+  const Campaign campaign = with_full_records(measured);
   Work w{
       .campaign = campaign, .options = options, .readings = of_set(campaign, ReadingSet::identify)};
   require_resolved(options);
   require_enough(w);
   first_noise(w);
-  w.out.suspect = gross_mistakes(campaign);
+  const std::vector<Suspicion> found = screened(measured);
+  for (const Suspicion& s : found) {
+    if (rule_of(s.kind).gravity == Gravity::gross) {
+      w.out.suspect.push_back(s);
+    } else {
+      w.out.notes.push_back(in_words(s));
+    }
+  }
   if (!w.out.suspect.empty()) {
     leave_to_the_screen(w);
     return w.out;
   }
+  drop_certain_readings(w, found);
   fit_base(w);
   settle_tails(w);
   drop_bad_readings(w);

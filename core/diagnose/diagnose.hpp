@@ -129,6 +129,10 @@ struct Diagnosis {
   std::vector<std::string> notes;  // what could not be tested, what was assumed
 };
 
+/// Less the measured readings without a time or a temperature where at least half have one: an
+/// empty cell is no reason to leave an effect unseen. Proof: tests/core/diagnose/diagnose_test.cpp.
+Campaign with_full_records(Campaign campaign);
+
 /// Runs the workflow on the readings of `campaign`; validation readings enter the gap only.
 /// @throws InputError when there are too few readings to identify the base (says how many), or too
 /// few replicates to reach the levels

@@ -117,9 +117,9 @@ Pairs cross_validated(const store::Job& job, const Campaign& campaign,
   std::vector<Place> places;
   for (const Reading& r : fitted) places.push_back({r.target.x_mm, r.target.y_mm});
   const job::Stage& stage = job::find_stage(job.data.stage);
-  const job::Json parameters = stage.complete(job::Json::parse(job.data.parameters_json));
+  const job::Json parameters = job::completed(stage, job::Json::parse(job.data.parameters_json));
   const auto fit = [&](const Campaign& training) {
-    return stage.run(training, parameters).correction;
+    return stage.run(job::as_asked(training, parameters), parameters).correction;
   };
   Pairs pairs;
   pairs.judged.session = fmt::format("{} spatial blocks", kBlocks);

@@ -81,6 +81,7 @@ const std::map<std::string, Words>& examples() {
       {"session recover", {"paper"}},
       {"campaign list", {}},
       {"campaign show", {"paper"}},
+      {"campaign check", {"paper"}},
       {"campaign import", {kDriveError, "--name", "again"}},
       {"campaign points", {kTrackerFiles + "spatialanalyzer.txt"}},
       {"campaign export", {"paper", "exported"}},

@@ -54,6 +54,37 @@ TEST_CASE("a broken table is refused with line and column", "[exchange]") {
   }
 }
 
+TEST_CASE("tables as people have them are read where they have one reading", "[exchange]") {
+  for (const char* text : {
+           "a,b\n1.5,2\n\n \n",         // empty last lines
+           " a , b\t\n 1.5 ,\t2 \r\n",  // blanks around cells
+           "a;b\n1,5;2\n",              // semicolons and decimal commas
+           "a;b\n1.5;2\n;\n",           // and with points, an empty row at the end
+           "a\tb\n1,5\t2\n",            // tabs
+           "\xEF\xBB\xBF\"a\";\"b\"\r\n\"1,5\" ; 2\r\n",
+           "a,b,,\n1.5,2,,\n",  // separators behind the last column
+       }) {
+    CAPTURE(text);
+    const CsvTable table = parse_csv(text, "t.csv");
+    REQUIRE(table.header.cells.size() == 2);
+    CHECK(table.header.cells[0].text == "a");
+    REQUIRE(table.rows.size() == 1);
+    CHECK(table.rows[0].cells[0].text == "1.5");
+    CHECK(table.rows[0].cells[1].text == "2");
+  }
+  const std::pair<const char*, const char*> two_readings[] = {
+      {"a,b;c\n1,2;3\n", "more than one of comma, semicolon and tab"},
+      {"a;b\n1,234;5.5\n", "has two readings"},
+      {"\xFF\xFE"
+       "a",
+       "UTF-16"},
+  };
+  for (const auto& [text, what] : two_readings) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH(parse_csv(text, "t.csv"), Contains(what));
+  }
+}
+
 TEST_CASE("text that a spreadsheet would run is defused, numbers are not, and nothing is lost",
           "[exchange]") {
   for (const char* active : {"=1+1", "+1+1", "-1+1", "@SUM(A1)", "\t=1", "\r=1", "'=1", "''+x",

@@ -178,6 +178,45 @@ TEST_CASE("lsq says its rank in words and gives no number for what it cannot kno
   }
 }
 
+TEST_CASE("a stale reading is named by every method, and left out when asked", "[job]") {
+  PaperStore paper;
+  Campaign campaign = store::load_campaign(paper.db, 1).campaign;
+  campaign.name = "stale";
+  campaign.readings[40].measured = campaign.readings[39].measured;
+  const int seq = campaign.readings[40].seq;
+  (void)store::import_campaign(paper.db, campaign);
+  for (const std::string stage : {"lsq", "rbf", "gp"}) {
+    CAPTURE(stage);
+    const auto details = [](const Outcome& o) {
+      return Json::parse(o.job.data.result_json)["details"];
+    };
+    const Outcome with = run(paper.db, {.campaign = "stale", .stage = stage});
+    REQUIRE(details(with).contains("suspect_readings"));
+    CHECK(details(with)["suspect_readings"].size() == 1);
+    CHECK(details(with)["suspect_readings"][0]["seqs"] == Json::array({seq}));
+    const Outcome without =
+        run(paper.db,
+            {.campaign = "stale", .stage = stage, .parameters = {{"without_suspects", true}}});
+    CHECK_FALSE(details(without).contains("suspect_readings"));
+    CHECK(statistic(without.job, "validate", "position_mm").after->mean <
+          statistic(with.job, "validate", "position_mm").after->mean / 2);
+    CHECK(same_result(recompute(paper.db, without.job).result_json, without.job.data.result_json));
+  }
+}
+
+TEST_CASE("nothing but a diagnosis is made of what the screen refuses", "[job]") {
+  PaperStore paper;
+  Campaign campaign = store::load_campaign(paper.db, 1).campaign;
+  campaign.name = "mirrored";
+  for (Reading& r : campaign.readings) {
+    if (r.measured) r.measured->x_mm = -r.measured->x_mm;
+  }
+  (void)store::import_campaign(paper.db, campaign);
+  CHECK_THROWS_WITH(run(paper.db, {.campaign = "mirrored", .stage = "idw"}),
+                    Contains("x has the wrong sign"));
+  CHECK_NOTHROW(run(paper.db, {.campaign = "mirrored", .stage = "gp", .despite_screen = true}));
+}
+
 TEST_CASE("unknown campaigns, sessions, stages and parameters are refused in words", "[job]") {
   PaperStore paper;
   CHECK_THROWS_AS(run(paper.db, {.campaign = "none", .stage = "lsq"}), NotFoundError);

@@ -284,3 +284,20 @@ TEST_CASE("replicates that can't reach the level are refused with the number tha
   CHECK_THROWS_WITH(diagnose(c.campaign, {.replicates = 498}), Contains("499"));
   CHECK(fewest_replicates(0.007, 0.002) == 499);
 }
+
+TEST_CASE(
+    "one temperature that misses changes no verdict, and a stale reading none of its neighbours",
+    "[diagnose]") {
+  const HiddenCase hidden = hide({"thermal_growth"}, 30, 71);
+  Campaign campaign = hidden.campaign;
+  campaign.readings[10].conditions.temp_degc.reset();
+  const int stale = campaign.readings[60].seq;
+  campaign.readings[60].measured = campaign.readings[59].measured;
+  CHECK(with_full_records(campaign).readings.size() == campaign.readings.size() - 1);
+  const Diagnosis d = diagnose(campaign, {.replicates = 500});
+  CHECK(d.verdict == Verdict::explained);
+  CHECK(named(d) == std::vector<std::string>{"outlier_readings", "thermal_growth"});
+  for (const NamedEffect& e : d.effects) {
+    if (e.name == "outlier_readings") CHECK(e.seqs == std::vector<int>{stale});
+  }
+}

@@ -1,0 +1,214 @@
+#include "core/measure/bad_readings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "core/linear/decompositions.hpp"
+#include "core/measure/point_outliers.hpp"
+#include "core/statistics/summary.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kThreeQuartersOfNormal = 1.1503;  // |N(0, 1)| stays below it in 75 %
+constexpr int kMostDegree = 3;
+constexpr double kRowsPerTerm = 2.5;  // fewer rows would follow the bad ones
+constexpr double kTurnsRad = rad_from_deg(0.05);
+constexpr int kRounds = 12;
+constexpr double kScaleOfFieldMm = 100;  // for the condition of the equations alone
+constexpr std::array<double, 3> kLeastFar = {0.05, 0.05, rad_from_deg(0.02)};  // mm, mm, rad
+constexpr double kOtherTargetMm = 0.1;
+constexpr double kOtherTargetRad = rad_from_deg(0.1);
+
+using Rows = std::vector<const Reading*>;
+
+Eigen::Vector3d deviation_of(const Reading& r) {
+  Eigen::Vector3d d = r.measured->vector() - r.target.vector();
+  d[2] = std::remainder(d[2], 2 * kPi);
+  return d;
+}
+
+std::map<int, Rows> by_epoch(const Campaign& campaign) {
+  std::map<int, Rows> epochs;
+  for (const Reading& r : campaign.readings) {
+    if (r.measured) epochs[r.conditions.epoch].push_back(&r);
+  }
+  return epochs;
+}
+
+/// x^a y^b with a + b <= degree, and phi, phi^2, phi x, phi y where orientations vary.
+Eigen::MatrixXd terms_of(const Rows& rows, int degree, bool turns) {
+  std::vector<std::array<int, 2>> powers;
+  for (int a = 0; a <= degree; ++a) {
+    for (int b = 0; a + b <= degree; ++b) powers.push_back({a, b});
+  }
+  const auto n_powers = static_cast<Eigen::Index>(powers.size());
+  Eigen::MatrixXd A(static_cast<Eigen::Index>(rows.size()), n_powers + (turns ? 4 : 0));
+  for (Eigen::Index k = 0; k < A.rows(); ++k) {
+    const Pose& t = rows[static_cast<std::size_t>(k)]->target;
+    const double x = t.x_mm / kScaleOfFieldMm, y = t.y_mm / kScaleOfFieldMm;
+    for (Eigen::Index c = 0; c < n_powers; ++c) {
+      const auto& power = powers[static_cast<std::size_t>(c)];
+      A(k, c) = std::pow(x, power[0]) * std::pow(y, power[1]);
+    }
+    if (turns) A.row(k).tail<4>() << t.phi_rad, t.phi_rad * t.phi_rad, t.phi_rad * x, t.phi_rad * y;
+  }
+  return A;
+}
+
+double sigma_of(const Eigen::VectorXd& left, const std::vector<bool>& keep) {
+  std::vector<double> size;
+  for (Eigen::Index k = 0; k < left.size(); ++k) {
+    if (keep[static_cast<std::size_t>(k)]) size.push_back(std::abs(left[k]));
+  }
+  return quantile(size, 0.75) / kThreeQuartersOfNormal;
+}
+
+/// Deviations less the smooth field of the readings that are not far from it.
+struct Field {
+  Rows rows = {};
+  Eigen::MatrixXd left = {};  // mm, mm, rad by row
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
+  std::vector<bool> keep = {};
+  int terms = 0;
+};
+
+Field field_of(const Rows& rows) {
+  Field f{.rows = rows};
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd off(n, 3);
+  std::vector<double> phi;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    off.row(k) = deviation_of(*rows[static_cast<std::size_t>(k)]).transpose();
+    phi.push_back(rows[static_cast<std::size_t>(k)]->target.phi_rad);
+  }
+  const auto [low, high] = std::ranges::minmax_element(phi);
+  Eigen::MatrixXd A;
+  for (int degree = kMostDegree; degree >= 0; --degree) {
+    A = terms_of(rows, degree, degree > 0 && *high - *low > kTurnsRad);
+    if (kRowsPerTerm * static_cast<double>(A.cols()) <= static_cast<double>(n)) break;
+  }
+  f.terms = static_cast<int>(A.cols());
+  f.left = off;
+  for (int c = 0; c < 3; ++c) {
+    const Eigen::VectorXd column = off.col(c);
+    f.left.col(c).array() -= median({column.data(), column.data() + n});
+  }
+  f.keep.assign(rows.size(), true);
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<bool> keep(rows.size(), true);
+    for (int c = 0; c < 3; ++c) {
+      f.sigma[c] = sigma_of(f.left.col(c), f.keep);
+      const double limit = std::max(kFarTimes * f.sigma[c], kLeastFar[static_cast<std::size_t>(c)]);
+      for (Eigen::Index k = 0; k < n; ++k) {
+        if (std::abs(f.left(k, c)) > limit) keep[static_cast<std::size_t>(k)] = false;
+      }
+    }
+    if (round > 0 && keep == f.keep) break;
+    f.keep = std::move(keep);
+    Eigen::MatrixXd used = A, seen = off;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      if (f.keep[static_cast<std::size_t>(k)]) continue;
+      used.row(k).setZero();
+      seen.row(k).setZero();
+    }
+    for (int c = 0; c < 3; ++c)
+      f.left.col(c) =
+          off.col(c) - A * solve_symmetric(Eigen::MatrixXd(used.transpose() * used),
+                                           Eigen::VectorXd(used.transpose() * seen.col(c)));
+  }
+  return f;
+}
+
+template <class... Numbers>
+std::string words(const char* format, Numbers... numbers) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, numbers...);
+  return text;
+}
+
+double way_mm(const Pose& a, const Pose& b) { return std::hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm); }
+
+bool other_place(const Pose& a, const Pose& b) {
+  return way_mm(a, b) > kOtherTargetMm || std::abs(a.phi_rad - b.phi_rad) > kOtherTargetRad;
+}
+
+/// Two readings one after the other with one pose for two targets: the one that is farther off.
+void add_stale(const Campaign& campaign, std::vector<Suspicion>& found) {
+  const Reading* before = nullptr;
+  for (const Reading& r : campaign.readings) {
+    if (!r.measured) continue;
+    if (before && *before->measured == *r.measured && other_place(before->target, r.target)) {
+      const bool later = deviation_of(*before).squaredNorm() < deviation_of(r).squaredNorm();
+      const Reading& bad = later ? r : *before;
+      const Reading& good = later ? *before : r;
+      found.push_back({Mistake::stale,
+                       words("repeats the pose of seq %d to the last digit", good.seq),
+                       words("it was asked for a pose %.3g mm away, and stands %.3g mm from it",
+                             way_mm(r.target, before->target), way_mm(*bad.measured, bad.target)),
+                       {bad.seq}});
+    }
+    before = &r;
+  }
+}
+
+void add_missed(const Campaign& campaign, std::vector<Suspicion>& found) {
+  for (const Reading& r : campaign.readings) {
+    if (!r.measured || !(*r.measured == Pose{}) || !other_place(r.target, Pose{})) continue;
+    found.push_back({Mistake::missed,
+                     "reads 0, 0, 0: the tracker saw nothing",
+                     words("its target is %.3g mm away", way_mm(r.target, Pose{})),
+                     {r.seq}});
+  }
+}
+
+void add_far(const Field& f, std::vector<Suspicion>& found) {
+  for (std::size_t k = 0; k < f.rows.size(); ++k) {
+    const int seq = f.rows[k]->seq;
+    if (f.keep[k] ||
+        std::ranges::any_of(found, [seq](const Suspicion& s) { return s.seqs.front() == seq; }))
+      continue;
+    const Eigen::Vector3d left = f.left.row(static_cast<Eigen::Index>(k)).transpose();
+    const double times = (left.cwiseAbs().array() / f.sigma.array().max(1e-12)).maxCoeff();
+    found.push_back({Mistake::far,
+                     "has no good neighbour",
+                     words("%.3g mm and %.3g deg from what the others have about its place, %.3g "
+                           "times their scatter",
+                           left.head<2>().norm(), deg_from_rad(std::abs(left[2])), times),
+                     {seq}});
+  }
+}
+
+}  // namespace
+
+std::vector<Suspicion> bad_readings(const Campaign& campaign) {
+  std::vector<Suspicion> found;
+  add_stale(campaign, found);
+  add_missed(campaign, found);
+  for (const auto& [epoch, rows] : by_epoch(campaign)) add_far(field_of(rows), found);
+  return found;
+}
+
+SmoothResidual smooth_residual(const Campaign& campaign) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int dof = 0;
+  for (const auto& [epoch, rows] : by_epoch(campaign)) {
+    const Field f = field_of(rows);
+    const auto kept = std::ranges::count(f.keep, true);
+    const int free = static_cast<int>(kept) - f.terms;
+    if (free <= 0) continue;
+    // Least squares leaves free / kept of the variance.
+    sum += static_cast<double>(kept) * f.sigma.cwiseAbs2();
+    dof += free;
+  }
+  if (dof == 0) return {};
+  const Eigen::Vector3d sigma = (sum / dof).cwiseSqrt();
+  return {.x_mm = sigma[0], .y_mm = sigma[1], .phi_rad = sigma[2], .degrees_of_freedom = dof};
+}
+
+}  // namespace trammel

@@ -1,0 +1,31 @@
+#pragma once
+// Single readings that are wrong for certain, whatever the model: no good neighbour.
+
+#include <vector>
+
+#include "core/measure/screen.hpp"
+
+namespace trammel {
+
+/// Readings that repeat the pose of the one before although they were asked for another (stale),
+/// that are 0, 0, 0 (missed), or whose deviation from the target lies far from what the others have
+/// about that place (far). For the last a smooth field, cubic in x and y and with phi where it
+/// varies, is fitted to the deviations of each epoch's readings, without those beyond kFarTimes of
+/// the robust scale of what is left, until they are the same; a reading is far when a coordinate
+/// stays beyond kFarTimes of both that scale and the stated sigma: geometry, effects and directions
+/// widen the scale, tails of noise (Student's t of 3 degrees passes 25 scales once in 13,000 times
+/// a coordinate) hardly reach it. What a calibration's own residuals name lies nearer. One
+/// Suspicion for each reading and kind. Proof: tests/core/measure/screen_test.cpp.
+std::vector<Suspicion> bad_readings(const Campaign& campaign);
+
+inline constexpr double kFarTimes = 25;
+
+/// What is left of each coordinate after the smooth field, as one robust standard deviation: an
+/// upper bound of the noise. Zero degrees of freedom: too few readings to say.
+struct SmoothResidual {
+  double x_mm = 0, y_mm = 0, phi_rad = 0;
+  int degrees_of_freedom = 0;
+};
+SmoothResidual smooth_residual(const Campaign& campaign);
+
+}  // namespace trammel

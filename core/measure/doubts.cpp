@@ -1,0 +1,292 @@
+#include "core/measure/doubts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "core/measure/bad_readings.hpp"
+#include "core/measure/noise.hpp"
+#include "core/measure/point_outliers.hpp"
+#include "core/mechanism/inverse.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kOnTargetMm = 1e-6;  // measured equals target: no tracker comes so near
+constexpr double kOnTargetRad = rad_from_deg(1e-6);
+constexpr int kEnoughFreedom = 12;
+// Residuals of a smooth field are an upper bound of the noise: chi^2 of 12 degrees stays above
+// 12/16 but for 1 in 10^5, and the quantile that stands for it is half as sure.
+constexpr double kTooGood = 0.25;
+constexpr double kTooBad = 10;     // repeats beyond the statement by a factor of units
+constexpr double kWithinUnit = 3;  // a ratio so near to a unit's is that unit
+constexpr double kRadPerDeg = rad_from_deg(1);
+constexpr double kKelvinAbove = 150;     // no machine is that hot: room temperature is 293 K
+constexpr double kFahrenheitAbove = 50;  // 68 F is 20 deg C
+constexpr double kOneOrientation = rad_from_deg(0.05);
+constexpr double kFineStep = 0.3;           // of sigma: coarser digits repeat by chance
+constexpr double kFineStepMm = 1e-3;        // where no sigma is known
+constexpr double kNominalCommandMm = 5e-3;  // encoders count finer
+
+template <class... Numbers>
+std::string worded(const char* format, Numbers... numbers) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, numbers...);
+  return text;
+}
+
+bool knows(const std::vector<Suspicion>& found, Mistake kind) {
+  return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });
+}
+
+void add_nominal(const Campaign& c, std::vector<Suspicion>& found) {
+  std::vector<int> same;
+  int measured = 0;
+  for (const Reading& r : c.readings) {
+    if (!r.measured) continue;
+    ++measured;
+    const Eigen::Vector3d d = r.measured->vector() - r.target.vector();
+    if (d.head<2>().norm() < kOnTargetMm && std::abs(d[2]) < kOnTargetRad) same.push_back(r.seq);
+  }
+  if (measured == 0 || 2 * static_cast<int>(same.size()) <= measured) return;
+  found.push_back({Mistake::nominal, "measured equals target: were nominals exported?",
+                   worded("%d of %d readings stand on their targets to 1e-6 mm, nearer than any "
+                          "tracker reads",
+                          static_cast<int>(same.size()), measured),
+                   static_cast<int>(same.size()) == measured ? std::vector<int>{} : same});
+}
+
+/// Sigma by far larger than what scatters, or smaller than what repeats show; and orientations in
+/// radians where their scatter alone can tell.
+void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
+  if (!c.tracker) return;
+  const SmoothResidual left = smooth_residual(c);
+  const double left_xy_mm = std::hypot(left.x_mm, left.y_mm) / std::sqrt(2.0);
+  const double xy = left_xy_mm / c.tracker->xy_mm, phi = left.phi_rad / c.tracker->phi_rad;
+  const bool judged = left.degrees_of_freedom >= kEnoughFreedom;
+  const auto near = [](double ratio, double unit) {
+    return ratio > unit / kWithinUnit && ratio < unit * kWithinUnit;
+  };
+  double low = INFINITY, high = -INFINITY;
+  for (const Reading& r : c.readings) {
+    low = std::min(low, r.target.phi_rad);
+    high = std::max(high, r.target.phi_rad);
+  }
+  if (judged && xy >= kTooGood && near(phi, kRadPerDeg) && high - low < kOneOrientation) {
+    found.push_back(
+        {Mistake::radians,
+         worded("measured orientations are radians where degrees are due (slope %.4g)", kRadPerDeg),
+         worded("they scatter by %.2g deg, %.3g of the stated %.2g deg, while positions "
+                "scatter as stated",
+                deg_from_rad(left.phi_rad), phi, deg_from_rad(c.tracker->phi_rad))});
+    return;
+  }
+  if (judged && (xy < kTooGood || phi < kTooGood)) {
+    const bool is_xy = xy < kTooGood;
+    const double ratio = is_xy ? xy : phi;
+    found.push_back(
+        {Mistake::sigma_unit,
+         worded("is the stated sigma in the right unit%s? It is %.3g %s",
+                near(ratio, 1e-3) ? " (it looks like micrometres for mm)" : "",
+                is_xy ? c.tracker->xy_mm : deg_from_rad(c.tracker->phi_rad), is_xy ? "mm" : "deg"),
+         worded("readings scatter about a smooth field by %.2g %s, %.2g of the stated noise",
+                is_xy ? left_xy_mm : deg_from_rad(left.phi_rad), is_xy ? "mm" : "deg", ratio)});
+    return;
+  }
+  const auto repeats = pooled_noise(c.readings);
+  if (!repeats || repeats->degrees_of_freedom < kEnoughFreedom) return;
+  if (repeats->sigma.xy_mm < kTooBad * c.tracker->xy_mm &&
+      repeats->sigma.phi_rad < kTooBad * c.tracker->phi_rad)
+    return;
+  found.push_back({Mistake::sigma_unit,
+                   worded("is the stated sigma in the right unit? It is %.3g mm and %.3g deg",
+                          c.tracker->xy_mm, deg_from_rad(c.tracker->phi_rad)),
+                   worded("repeats scatter by %.2g mm and %.2g deg", repeats->sigma.xy_mm,
+                          deg_from_rad(repeats->sigma.phi_rad))});
+}
+
+void add_temperature(const Campaign& c, std::vector<Suspicion>& found) {
+  std::vector<int> kelvin, fahrenheit;
+  double one_k = 0, one_f = 0;
+  std::size_t all = 0;
+  for (const Reading& r : c.readings) {
+    if (!r.conditions.temp_degc) continue;
+    ++all;
+    const double t = *r.conditions.temp_degc;
+    if (t > kKelvinAbove) {
+      kelvin.push_back(r.seq);
+      one_k = t;
+    } else if (t > kFahrenheitAbove) {
+      fahrenheit.push_back(r.seq);
+      one_f = t;
+    }
+  }
+  const auto add = [&](std::vector<int> seqs, double one, const char* unit, double degc) {
+    if (seqs.empty()) return;
+    if (seqs.size() == all) seqs.clear();
+    found.push_back(
+        {Mistake::temperature_unit, worded("are temperatures in %s where deg C are due?", unit),
+         worded("temp_degc is %.4g, which would be %.3g deg C", one, degc), std::move(seqs)});
+  };
+  add(kelvin, one_k, "kelvin", one_k - 273.15);
+  add(fahrenheit, one_f, "degrees Fahrenheit", (one_f - 32) / 1.8);
+}
+
+void add_clock(const Campaign& c, std::vector<Suspicion>& found) {
+  const Reading* before = nullptr;
+  std::vector<int> back;
+  std::string first;
+  for (const Reading& r : c.readings) {
+    if (!r.conditions.time_s) continue;
+    if (before && *r.conditions.time_s < *before->conditions.time_s) {
+      if (back.empty()) {
+        first = worded("from %.10g s at seq %d to %.10g s at seq %d, by %.10g s",
+                       *before->conditions.time_s, before->seq, *r.conditions.time_s, r.seq,
+                       *before->conditions.time_s - *r.conditions.time_s);
+      }
+      back.push_back(r.seq);
+    }
+    before = &r;
+  }
+  if (back.empty()) return;
+  const std::string times = back.size() == 1 ? "once" : std::to_string(back.size()) + " times";
+  found.push_back({Mistake::clock, "time runs backwards " + times,
+                   (back.size() == 1 ? "" : "first ") + first, back});
+}
+
+/// The step of the decimal digits that x and y are written with.
+double digit_step_mm(const Campaign& c) {
+  for (double step = 1; step > 1e-7; step /= 10) {
+    const bool fits = std::ranges::all_of(c.readings, [step](const Reading& r) {
+      const auto whole = [step](double v) {
+        return std::abs(v / step - std::round(v / step)) < 1e-6 * std::max(1.0, std::abs(v / step));
+      };
+      return !r.measured || (whole(r.measured->x_mm) && whole(r.measured->y_mm));
+    });
+    if (fits) return step;
+  }
+  return 0;
+}
+
+/// Readings of one target with the same pose to the last digit, where digits are finer than noise.
+void add_copies(const Campaign& c, std::vector<Suspicion>& found) {
+  const double fine_mm = c.tracker ? kFineStep * c.tracker->xy_mm : kFineStepMm;
+  if (digit_step_mm(c) > fine_mm) return;
+  using Key = std::tuple<double, double, double>;
+  std::map<Key, std::vector<const Reading*>> groups;
+  for (const Reading& r : c.readings) {
+    if (r.measured) groups[{r.measured->x_mm, r.measured->y_mm, r.measured->phi_rad}].push_back(&r);
+  }
+  std::vector<int> copied, duplicated;
+  const auto validates = [](const Reading* r) { return r->set == ReadingSet::validate; };
+  for (const auto& [key, rows] : groups) {
+    const Pose& target = rows.front()->target;
+    const bool fitted = !std::ranges::all_of(rows, validates);
+    for (std::size_t k = fitted && validates(rows.front()) ? 0 : 1; k < rows.size(); ++k) {
+      if (!(rows[k]->target == target)) continue;
+      (fitted && validates(rows[k]) ? copied : duplicated).push_back(rows[k]->seq);
+    }
+  }
+  std::ranges::sort(copied);
+  std::ranges::sort(duplicated);
+  if (!copied.empty()) {
+    found.push_back({Mistake::copied,
+                     worded("%d validation readings are copies of fitted ones: none of them is "
+                            "unseen",
+                            static_cast<int>(copied.size())),
+                     "target and measured pose are the same to the last digit", copied});
+  }
+  if (!duplicated.empty()) {
+    found.push_back(
+        {Mistake::duplicated,
+         worded("%d readings stand more than once", static_cast<int>(duplicated.size())),
+         "target and measured pose are the same to the last digit", duplicated});
+  }
+}
+
+void add_epochs(const Campaign& c, std::vector<Suspicion>& found) {
+  std::set<int> fitted;
+  std::vector<int> unseen;
+  int epoch = 0;
+  for (const Reading& r : c.readings) {
+    if (r.set == ReadingSet::identify && r.measured) fitted.insert(r.conditions.epoch);
+  }
+  for (const Reading& r : c.readings) {
+    if (r.set != ReadingSet::validate || fitted.contains(r.conditions.epoch)) continue;
+    unseen.push_back(r.seq);
+    epoch = r.conditions.epoch;
+  }
+  if (unseen.empty() || fitted.empty()) return;
+  found.push_back({Mistake::unknown_epoch,
+                   worded("the frame and homing of epoch %d are unknown: its validation readings "
+                          "judge nothing",
+                          epoch),
+                   worded("%d validation readings are of an epoch in which no reading is fitted",
+                          static_cast<int>(unseen.size())),
+                   unseen});
+}
+
+void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
+  std::vector<int> others;
+  double most_mm = 0;
+  for (const Reading& r : c.readings) {
+    const InverseResult at = inverse(c.mechanism.geometry, r.target);
+    const double off_mm = at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0;
+    if (off_mm > kNominalCommandMm) others.push_back(r.seq);
+    most_mm = std::max(most_mm, off_mm);
+  }
+  if (others.empty()) return;
+  const bool all = others.size() == c.readings.size();
+  found.push_back(
+      {Mistake::other_commands,
+       all ? "all commands are of another model than the nominal one"
+           : worded("%d of %d readings were measured under a correction",
+                    static_cast<int>(others.size()), static_cast<int>(c.readings.size())),
+       worded("they differ from the nominal inverse kinematics of their targets by up "
+              "to %.3g mm",
+              most_mm),
+       all ? std::vector<int>{} : others});
+}
+
+void add_missing(const Campaign& c, const char* cell,
+                 const std::function<bool(const Reading&)>& has, std::vector<Suspicion>& found) {
+  std::vector<int> without;
+  for (const Reading& r : c.readings) {
+    if (!has(r)) without.push_back(r.seq);
+  }
+  if (without.empty() || without.size() == c.readings.size()) return;
+  found.push_back({Mistake::missing_cells,
+                   worded("%d of %d readings have no %s", static_cast<int>(without.size()),
+                          static_cast<int>(c.readings.size()), cell),
+                   "their cells are empty", without});
+}
+
+}  // namespace
+
+std::vector<Suspicion> doubts(const Campaign& c, const std::vector<Suspicion>& known) {
+  std::vector<Suspicion> found;
+  if (!is_gross(known)) {
+    add_nominal(c, found);
+    if (!knows(found, Mistake::nominal)) {
+      add_sigma(c, found);
+      add_copies(c, found);
+    }
+    add_epochs(c, found);
+    add_commands(c, found);
+  }
+  add_temperature(c, found);
+  add_clock(c, found);
+  add_missing(
+      c, "temp_degc", [](const Reading& r) { return r.conditions.temp_degc.has_value(); }, found);
+  add_missing(
+      c, "time_s", [](const Reading& r) { return r.conditions.time_s.has_value(); }, found);
+  return found;
+}
+
+}  // namespace trammel

@@ -1,0 +1,879 @@
+#include "core/measure/gross.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstdio>
+#include <functional>
+#include <numeric>
+
+#include "core/measure/point_outliers.hpp"
+#include "core/mechanism/inverse.hpp"
+#include "core/statistics/summary.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+constexpr double kThreeQuarters = 0.75;
+constexpr double kOfNormal = 1.1503;  // |N(0, 1)| stays below it in three of four cases
+constexpr double kNearlyAll = 0.95;   // ends of lines too, which a shifted frame leaves
+constexpr double kNearlyAllOfNormal = 1.96;
+constexpr double kFarBetter = 5;          // a hypothesis must fit so many times better
+constexpr double kAlike = 2;              // two that fit within this factor are both named
+constexpr double kNothingMm = 0.02;       // closer than this two hypotheses fit equally well
+constexpr double kMostUnreachable = 0.2;  // of the readings
+constexpr double kNoNoiseMm = 1e-3;       // closer to the plan than any measurement comes
+constexpr double kOneUnit = 0.02;         // two scales are one unit
+constexpr double kDeviates = 0.2;         // of the width: what errors alone may be
+constexpr double kMostScaled = 0.05;      // lead and tracker scale stay below
+constexpr double kMostTurnedRad = rad_from_deg(2);
+constexpr double kMostShiftedMm = 5;   // of frame, joint zero or command
+constexpr double kSimilarShare = 0.1;  // of the width: what a similarity may leave
+constexpr double kNarrowMm = 1;        // targets nearer together show no turn and no scale
+constexpr double kOneOrientationRad = rad_from_deg(0.05);
+constexpr double kArmMm = 100;        // an orientation counts by what it moves at this arm
+constexpr double kOtherLengthMm = 1;  // of R, r or S: no machining is that far off
+constexpr double kLeastMm = 0.5;      // closer nothing gross is seen, however near the poses
+constexpr int kMostRows = 2;          // that columns may be shifted by
+
+using Complex = std::complex<double>;
+using Poses = std::vector<Pose>;
+using Commands = std::vector<Displacements>;
+using Displaced = std::optional<Displacements>;
+
+Complex place_of(const Pose& p) { return {p.x_mm, p.y_mm}; }
+
+/// Robust standard deviation of values about zero.
+double robust_sigma(std::vector<double> values, double share = kThreeQuarters,
+                    double of_normal = kOfNormal) {
+  for (double& v : values) v = std::abs(v);
+  return quantile(values, share) / of_normal;
+}
+
+template <class... Numbers>
+std::string printed(const char* format, Numbers... numbers) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, numbers...);
+  return text;
+}
+
+// --- commands against poses -----------------------------------------------------------------
+
+/// What the inverse kinematics make of a pose, and what the drives make of that.
+struct Model {
+  Geometry geometry;
+  bool other_branch = false;
+  std::function<Displacements(const Displacements&)> drives = [](const Displacements& l) {
+    return l;
+  };
+};
+
+/// (4) of inverse.hpp with the branch asked for: the plus sign is the other working mode.
+Displaced displacements_at(const Model& model, const Pose& pose) {
+  const InverseResult at = inverse(model.geometry, pose);
+  if (!at.ok()) return std::nullopt;
+  Displacements l = at.l_mm;
+  for (int i = 0; model.other_branch && i < kChains; ++i) {
+    const Chain& chain = model.geometry.chains[static_cast<std::size_t>(i)];
+    // Q.u - root becomes Q.u + root; the link's angle says the root: S cos(alpha - theta)
+    l[i] += 2 * chain.S_mm * std::cos(chain.alpha_rad - at.theta_rad[i]);
+  }
+  return model.drives(l);
+}
+
+/// Commands less the inverse kinematics of poses, over all drives.
+struct Distance {
+  double scatter_mm = INFINITY;  // about each drive's median: joint zeros are free
+  double whole_mm = INFINITY;    // and with the medians
+  Displacements zero_mm = Displacements::Zero();
+};
+
+/// Infinite where too many of the poses are out of reach. Row k of the commands goes with row
+/// k + shift of the poses.
+Distance distance(const Model& model, const Commands& commands, const Poses& poses, int shift = 0) {
+  std::array<std::vector<double>, kChains> off;
+  std::size_t reached = 0, asked = 0;
+  const auto n = static_cast<int>(poses.size());
+  for (int k = std::max(0, -shift); k < n - std::max(0, shift); ++k) {
+    ++asked;
+    const Displaced l = displacements_at(model, poses[static_cast<std::size_t>(k + shift)]);
+    if (!l) continue;
+    ++reached;
+    const Displacements d = commands[static_cast<std::size_t>(k)] - *l;
+    for (int i = 0; i < kChains; ++i) off[static_cast<std::size_t>(i)].push_back(d[i]);
+  }
+  Distance result;
+  if (reached == 0 ||
+      static_cast<double>(reached) < (1 - kMostUnreachable) * static_cast<double>(asked))
+    return result;
+  double scatter2 = 0, zero2 = 0;
+  for (int i = 0; i < kChains; ++i) {
+    std::vector<double>& drive = off[static_cast<std::size_t>(i)];
+    result.zero_mm[i] = median(drive);
+    for (double& v : drive) v -= result.zero_mm[i];
+    scatter2 += std::pow(robust_sigma(drive), 2) / kChains;
+    zero2 += std::pow(result.zero_mm[i], 2) / kChains;
+  }
+  result.scatter_mm = std::sqrt(scatter2);
+  result.whole_mm = std::sqrt(scatter2 + zero2);
+  return result;
+}
+
+// --- poses against poses --------------------------------------------------------------------
+
+/// to = scale e^(i turn) from + shift in the complex plane, of conj(from) where mirrored.
+struct Similarity {
+  bool mirrored = false;
+  double scale = 1;
+  double turn_rad = 0;
+  Complex shift_mm = 0;
+  double left_mm = 0;  // robust, in lengths of `from`
+
+  [[nodiscard]] Complex back(Complex to) const {
+    const Complex from = (to - shift_mm) / std::polar(scale, turn_rad);
+    return mirrored ? std::conj(from) : from;
+  }
+};
+
+struct Points {
+  std::vector<Complex> from, to;
+};
+
+double width_of(const std::vector<Complex>& points) {
+  std::vector<double> x, y;
+  for (const Complex& p : points) {
+    x.push_back(p.real());
+    y.push_back(p.imag());
+  }
+  const double mx = median(x), my = median(y);
+  for (double& v : x) v -= mx;
+  for (double& v : y) v -= my;
+  return std::hypot(robust_sigma(x), robust_sigma(y));
+}
+
+/// Least squares, z = sum conj(p) m / sum |p|^2 about the means, on the points that are left when
+/// those beyond four medians of the residuals go, three times over.
+Similarity similarity(const Points& points, bool mirrored, bool rigid) {
+  constexpr int kTrims = 4;
+  constexpr double kFar = 4;
+  const std::size_t n = points.from.size();
+  const bool narrow = width_of(points.from) < kNarrowMm;
+  Similarity fit{.mirrored = mirrored};
+  std::vector<bool> keep(n, true);
+  std::vector<double> left(n);
+  for (int round = 0; round < kTrims; ++round) {
+    const auto from = [&](std::size_t k) {
+      return mirrored ? std::conj(points.from[k]) : points.from[k];
+    };
+    Complex mean_p = 0, mean_m = 0, sum = 0;
+    double kept = 0, pp = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (!keep[k]) continue;
+      mean_p += from(k);
+      mean_m += points.to[k];
+      kept += 1;
+    }
+    mean_p /= kept;
+    mean_m /= kept;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (!keep[k]) continue;
+      sum += std::conj(from(k) - mean_p) * (points.to[k] - mean_m);
+      pp += std::norm(from(k) - mean_p);
+    }
+    if (!narrow && pp > 0 && std::abs(sum) > 0) {
+      fit.turn_rad = std::arg(sum);
+      fit.scale = rigid ? 1 : std::abs(sum) / pp;
+    }
+    fit.shift_mm = mean_m - std::polar(fit.scale, fit.turn_rad) * mean_p;
+    for (std::size_t k = 0; k < n; ++k) left[k] = std::abs(fit.back(points.to[k]) - points.from[k]);
+    const double limit = kFar * median(left);
+    for (std::size_t k = 0; k < n; ++k) keep[k] = left[k] <= limit;
+  }
+  fit.left_mm = robust_sigma(left);
+  return fit;
+}
+
+/// to = slope from + offset, angles modulo a turn.
+struct AngleFit {
+  double slope = 1;
+  double offset_rad = 0;
+  double left_rad = 0;  // robust, in angles of `from`
+};
+
+double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * kPi); }
+
+/// Median about the direction of the mean: angles count modulo a turn.
+double middle_of_angles(const std::vector<double>& angles_rad) {
+  Complex mean = 0;
+  for (const double a : angles_rad) mean += std::polar(1.0, a);
+  const double middle = std::arg(mean);
+  std::vector<double> off;
+  for (const double a : angles_rad) off.push_back(wrapped(a - middle));
+  return wrapped(middle + median(off));
+}
+
+AngleFit angles(const Poses& from, const Poses& to, double slope, bool free_offset) {
+  std::vector<double> off;
+  for (std::size_t k = 0; k < from.size(); ++k)
+    off.push_back(wrapped(to[k].phi_rad - slope * from[k].phi_rad));
+  AngleFit fit{.slope = slope, .offset_rad = free_offset ? middle_of_angles(off) : 0};
+  for (double& v : off) v = wrapped(v - fit.offset_rad);
+  fit.left_rad = robust_sigma(off) / std::abs(slope);
+  return fit;
+}
+
+/// In angles of either side: a large slope makes everything small on one of them.
+bool far_better(const AngleFit& fit, const AngleFit& than) {
+  return fit.left_rad * kFarBetter < than.left_rad &&
+         fit.left_rad * std::abs(fit.slope) * kFarBetter < than.left_rad;
+}
+
+/// Equal slopes unless another is far better: the wrong sign, radians for degrees and back.
+AngleFit angles(const Poses& from, const Poses& to) {
+  const AngleFit as_is = angles(from, to, 1, true);
+  AngleFit best = as_is;
+  for (const double slope : {-1.0, rad_from_deg(1), deg_from_rad(1)}) {
+    const AngleFit fit = angles(from, to, slope, true);
+    if (far_better(fit, as_is) && fit.left_rad < best.left_rad) best = fit;
+  }
+  if (best.slope != 1) return best;
+  for (const double slope : {rad_from_deg(1), deg_from_rad(1)}) {  // at one orientation
+    const AngleFit fit = angles(from, to, slope, false);
+    if (far_better(fit, angles(from, to, 1, false))) best = fit;
+  }
+  return best;
+}
+
+/// How one column of poses lies on another.
+struct Lie {
+  Similarity place;
+  AngleFit angle;
+  double width_mm = 0;
+  double off_mm = 0;  // robust distance as they are
+
+  /// A similarity explains the positions, or there is too little of them to tell.
+  [[nodiscard]] bool similar() const {
+    return width_mm < kNarrowMm || place.left_mm < kSimilarShare * width_mm;
+  }
+  [[nodiscard]] Pose back(const Pose& to) const {
+    const Complex p = place.back(place_of(to));
+    return {p.real(), p.imag(), wrapped(to.phi_rad - angle.offset_rad) / angle.slope};
+  }
+};
+
+std::vector<double> distances_mm(const Poses& a, const Poses& b, int shift = 0) {
+  std::vector<double> off;
+  const auto n = static_cast<int>(a.size());
+  for (int k = std::max(0, -shift); k < n - std::max(0, shift); ++k) {
+    const Pose& p = a[static_cast<std::size_t>(k)];
+    const Pose& q = b[static_cast<std::size_t>(k + shift)];
+    off.push_back(
+        std::hypot(p.x_mm - q.x_mm, p.y_mm - q.y_mm, kArmMm * wrapped(p.phi_rad - q.phi_rad)));
+  }
+  return off;
+}
+
+double off_mm(const Poses& a, const Poses& b) { return robust_sigma(distances_mm(a, b)); }
+
+Points points_of(const Poses& from, const Poses& to) {
+  Points points;
+  for (std::size_t k = 0; k < from.size(); ++k) {
+    points.from.push_back(place_of(from[k]));
+    points.to.push_back(place_of(to[k]));
+  }
+  return points;
+}
+
+/// Mirrored where that fits far better.
+Lie lie(const Poses& from, const Poses& to) {
+  const Points points = points_of(from, to);
+  Lie l{.place = similarity(points, false, false),
+        .angle = angles(from, to),
+        .width_mm = width_of(points.from),
+        .off_mm = off_mm(from, to)};
+  const Similarity mirrored = similarity(points, true, false);
+  if (l.width_mm > kNarrowMm && mirrored.left_mm * kFarBetter < l.place.left_mm) l.place = mirrored;
+  return l;
+}
+
+// --- words ----------------------------------------------------------------------------------
+
+/// The unit that makes lengths so many times too large; none of them: null.
+const char* unit_of(double scale) {
+  constexpr std::array<std::pair<double, const char*>, 6> kUnits = {
+      {{1e-3, "metres"},
+       {1 / 25.4, "inches"},
+       {0.1, "centimetres"},
+       {1 / 304.8, "feet"},
+       {1e3, "micrometres"},
+       {25.4, "converted from inches twice"}}};
+  for (const auto& [unit, name] : kUnits) {
+    if (std::abs(scale / unit - 1) < kOneUnit) return name;
+  }
+  return nullptr;
+}
+
+std::string unit_words(double scale) {
+  const char* unit = unit_of(scale);
+  return unit ? std::string("are ") + unit : printed("are %.4g times too large", scale);
+}
+
+struct Part {
+  Mistake kind;
+  std::string words;
+};
+
+/// What of the lie of `column` poses no alignment explains; empty: all is sound.
+std::vector<Part> parts_of(const Lie& l, const std::string& column) {
+  std::vector<Part> parts;
+  const Similarity& p = l.place;
+  const double turn_deg = deg_from_rad(p.turn_rad);
+  const bool similar = l.similar();
+  const bool turned = similar && std::abs(p.turn_rad) > kMostTurnedRad;
+  if (similar && std::abs(p.scale - 1) > kMostScaled) {
+    parts.push_back({Mistake::scale, column + " x and y " + unit_words(p.scale)});
+  }
+  const bool sign = l.angle.slope == -1;
+  if (similar && p.mirrored) {
+    const auto is = [&](double deg) {
+      return std::abs(std::remainder(turn_deg - deg, 360)) < deg_from_rad(kMostTurnedRad);
+    };
+    const std::string how = is(0)     ? "y has the wrong sign"
+                            : is(180) ? "x has the wrong sign"
+                            : is(90)  ? "x and y have changed places"
+                            : is(-90) ? "x and y have changed places, both with the wrong sign"
+                                      : printed("mirrored, and turned by %.3g deg", turn_deg);
+    parts.push_back(
+        {Mistake::frame_mirrored, "the frame of the " + column + " poses is mirrored: " + how +
+                                      (sign ? ", orientations count the other way" : "")});
+  } else if (sign) {
+    parts.push_back({Mistake::frame_mirrored, column + " orientations count the wrong way round"});
+  }
+  if (turned && !p.mirrored) {
+    const bool with_them = std::abs(wrapped(l.angle.offset_rad - p.turn_rad)) < kMostTurnedRad;
+    parts.push_back({Mistake::frame_turned,
+                     (with_them ? "the frame of the " + column + " poses is turned by "
+                                : column + " positions are turned about the origin by ") +
+                         printed("%.3g deg", turn_deg) +
+                         (with_them ? "" : ", orientations are not")});
+  }
+  if (similar) {
+    const Complex middle = p.shift_mm;
+    if (std::abs(middle) > kMostShiftedMm * p.scale) {
+      parts.push_back({Mistake::frame_shifted,
+                       (parts.empty() ? "the frame of the " + column + " poses is shifted by "
+                                      : std::string("shifted by ")) +
+                           printed("(%.4g, %.4g) mm", middle.real(), middle.imag())});
+    }
+  }
+  if (l.angle.slope > 0 && l.angle.slope != 1) {
+    parts.push_back(
+        {Mistake::radians,
+         column +
+             (l.angle.slope < 1 ? " orientations are radians where degrees are due (slope "
+                                : " orientations were converted from degrees twice (slope ") +
+             printed("%.4g)", l.angle.slope)});
+  }
+  const double own = wrapped(l.angle.offset_rad - (turned && !p.mirrored ? p.turn_rad : 0));
+  const bool with_turn = turned && std::abs(l.angle.offset_rad) < kMostTurnedRad;
+  if (l.angle.slope == 1 && !p.mirrored && !with_turn && std::abs(own) > kMostTurnedRad) {
+    parts.push_back(
+        {Mistake::phi_offset,
+         "all " + column + printed(" orientations are %.4g deg off", deg_from_rad(own))});
+  }
+  return parts;
+}
+
+std::string drives_in_words(const std::vector<int>& drives) {
+  std::string text;
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (i > 0) text += i + 1 == drives.size() ? " and " : ", ";
+    text += std::to_string(drives[i] + 1);
+  }
+  return text;
+}
+
+// --- hypotheses -----------------------------------------------------------------------------
+
+struct Hypothesis {
+  Mistake kind;
+  std::string what;
+  Model model;
+};
+
+std::vector<Hypothesis> of_drives(const Geometry& geometry) {
+  std::vector<Hypothesis> all;
+  std::array<int, kChains> order;
+  std::iota(order.begin(), order.end(), 0);
+  while (std::next_permutation(order.begin(), order.end())) {
+    std::vector<int> moved;
+    for (int i = 0; i < kChains; ++i) {
+      if (order[static_cast<std::size_t>(i)] != i) moved.push_back(i);
+    }
+    all.push_back({Mistake::drives_swapped,
+                   "drives " + drives_in_words(moved) +
+                       (moved.size() == 2 ? " are swapped" : " have changed places"),
+                   {.geometry = geometry, .drives = [order](const Displacements& l) {
+                      return Displacements(l[order[0]], l[order[1]], l[order[2]]);
+                    }}});
+  }
+  for (unsigned signs = 1; signs < 1U << kChains; ++signs) {
+    Displacements sign = Displacements::Ones();
+    std::vector<int> reversed;
+    for (int i = 0; i < kChains; ++i) {
+      if ((signs >> i & 1U) == 0) continue;
+      sign[i] = -1;
+      reversed.push_back(i);
+    }
+    const bool one = reversed.size() == 1;
+    all.push_back({Mistake::drive_reversed,
+                   (one ? "drive " : "drives ") + drives_in_words(reversed) +
+                       (one ? " counts backwards" : " count backwards"),
+                   {.geometry = geometry, .drives = [sign](const Displacements& l) {
+                      return Displacements(sign.cwiseProduct(l));  // its zero is a constant
+                    }}});
+  }
+  all.push_back({Mistake::working_mode,
+                 "the links stand in the other working mode",
+                 {.geometry = geometry, .other_branch = true}});
+  return all;
+}
+
+/// One length of all chains.
+struct Length {
+  const char* name;
+  double Chain::*of;
+};
+constexpr std::array<Length, 3> kLengths = {
+    {{"R", &Chain::R_mm}, {"r", &Chain::r_mm}, {"S", &Chain::S_mm}}};
+
+Geometry longer(Geometry geometry, const Length& length, double by_mm) {
+  for (Chain& chain : geometry.chains) chain.*(length.of) += by_mm;
+  return geometry;
+}
+
+constexpr const char* kLie = "measured poses lie on the targets";
+
+struct Fitted {
+  Suspicion suspicion;
+  double left_mm;
+};
+
+class Search {
+ public:
+  explicit Search(const Campaign& campaign) : geometry_(campaign.mechanism.geometry) {
+    for (const Reading& r : campaign.readings) {
+      if (!r.measured) continue;
+      commands_.push_back(r.conditions.cmd_mm);
+      targets_.push_back(r.target);
+      measured_.push_back(*r.measured);
+    }
+    home_ = inverse(geometry_, campaign.mechanism.home);
+  }
+
+  [[nodiscard]] bool enough() const {
+    return commands_.size() >= static_cast<std::size_t>(kFewestScreened);
+  }
+
+  std::vector<Suspicion> found() {
+    Displacements mean = Displacements::Zero();
+    const auto n = static_cast<double>(commands_.size());
+    for (const Displacements& c : commands_) mean += c / n;
+    for (const Displacements& c : commands_) spread_mm_ += (c - mean).squaredNorm() / (kChains * n);
+    spread_mm_ = std::sqrt(spread_mm_);
+    of_measured_ = distance({geometry_}, commands_, measured_);
+    of_targets_ = distance({geometry_}, commands_, targets_);
+    if (exchanged()) {
+      return {{Mistake::exchanged, "measured and target poses have changed places",
+               printed("commands are the inverse kinematics of the measured poses to %.2g mm, of "
+                       "the targets to %.2g mm",
+                       of_measured_.whole_mm, of_targets_.whole_mm)}};
+    }
+    const double sound_mm = std::max(kSoundShare * spread_mm_, kLeastMm);
+    lie_ = lie(targets_, measured_);
+    const bool poses_lie = !parts_of(lie_, "measured").empty() || deviating();
+    const bool commands_lie =
+        of_targets_.scatter_mm > sound_mm || of_targets_.whole_mm > kMostShiftedMm;
+    const bool robot_lies = of_measured_.scatter_mm > sound_mm;
+    shifted_rows();
+    if (poses_lie && fitted_.empty()) of_poses();
+    if (robot_lies) of_wires();
+    if (commands_lie && !(poses_lie && of_measured_.whole_mm < of_targets_.whole_mm)) of_commands();
+    other_lengths();
+    return chosen(robot_lies, commands_lie);
+  }
+
+ private:
+  [[nodiscard]] bool exchanged() const {
+    return of_measured_.whole_mm < kNoNoiseMm && of_targets_.whole_mm > kNoNoiseMm &&
+           of_targets_.whole_mm > kFarBetter * of_measured_.whole_mm;
+  }
+
+  void consider(Mistake kind, const std::string& what, double left_mm, double now_mm,
+                const char* relation, double bound_mm) {
+    if (!(left_mm < bound_mm && left_mm * kFarBetter < now_mm)) return;
+    const std::string as_is = std::isfinite(now_mm) ? printed("to %.2g mm", now_mm) : "not at all";
+    fitted_.push_back(
+        {{kind, what,
+          std::string(relation) + printed(" to %.2g mm so, ", left_mm) + as_is + " as they are"},
+         std::max(left_mm, kNothingMm)});
+  }
+
+  /// Small everywhere, and no orientation in it: what was measured less the target.
+  [[nodiscard]] bool deviating() const {
+    if (lie_.similar() && unit_of(lie_.place.scale)) return false;
+    std::vector<double> place, phi, target_phi;
+    const double middle = middle_of(targets_);
+    for (std::size_t k = 0; k < measured_.size(); ++k) {
+      place.push_back(std::abs(place_of(measured_[k])));
+      phi.push_back(measured_[k].phi_rad);
+      target_phi.push_back(wrapped(targets_[k].phi_rad - middle));
+    }
+    const double turned = robust_sigma(target_phi);
+    return robust_sigma(place) < kDeviates * lie_.width_mm &&
+           (turned < kOneOrientationRad || robust_sigma(phi) * kAlike < turned);
+  }
+
+  static double middle_of(const Poses& poses) {
+    std::vector<double> phi;
+    for (const Pose& p : poses) phi.push_back(p.phi_rad);
+    return middle_of_angles(phi);
+  }
+
+  /// The column whose poses the commands contradict is the wrong one.
+  void of_poses() {
+    if (deviating()) return deviations();
+    const bool targets = of_measured_.whole_mm < of_targets_.whole_mm;
+    const Lie l = targets ? lie(measured_, targets_) : lie_;
+    const Poses& wrong = targets ? targets_ : measured_;
+    const std::vector<Part> parts = parts_of(l, targets ? "target" : "measured");
+    if (!parts.empty()) {
+      std::string what;
+      for (const Part& part : parts) what += (what.empty() ? "" : ", and ") + part.words;
+      Poses right;
+      for (const Pose& p : wrong) right.push_back(l.back(p));
+      const double left_mm = off_mm(targets ? measured_ : targets_, right);
+      consider(parts.front().kind, what, left_mm, l.off_mm, kLie, INFINITY);
+      if (!fitted_.empty() && fitted_.back().suspicion.what == what) {  // beside wires: in drives
+        const double drives_mm = distance({geometry_}, commands_, right).scatter_mm;
+        if (std::isfinite(drives_mm)) fitted_.back().left_mm = std::max(drives_mm, kNothingMm);
+      }
+    }
+  }
+
+  void deviations() {
+    Poses right;
+    for (std::size_t k = 0; k < measured_.size(); ++k)
+      right.push_back(Pose::from(targets_[k].vector() + measured_[k].vector()));
+    consider(Mistake::deviations, "deviations from the targets stand in place of measured poses",
+             off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
+  }
+
+  /// What the machine did, by its readings.
+  void of_wires() {
+    for (const Hypothesis& h : of_drives(geometry_)) {
+      consider(h.kind, h.what, distance(h.model, commands_, measured_).scatter_mm,
+               of_measured_.scatter_mm, "commands fit the inverse kinematics of the readings",
+               kSoundShare * spread_mm_);
+    }
+  }
+
+  /// What the columns of commands hold.
+  void of_commands() {
+    constexpr const char* kFit = "commands fit the inverse kinematics of the targets";
+    const double bound_mm = std::min(kSoundShare * spread_mm_, kMostShiftedMm);
+    const double now_mm = of_targets_.whole_mm;
+    for (const Hypothesis& h : of_drives(geometry_)) {
+      consider(h.kind, h.what, distance(h.model, commands_, targets_).scatter_mm,
+               of_targets_.scatter_mm, kFit, bound_mm);
+    }
+    if (home_.ok()) {
+      const Displacements home = home_.l_mm;
+      consider(
+          Mistake::mechanism, "commands count from home, not from each rail's zero",
+          distance({.geometry = geometry_,
+                    .drives = [home](const Displacements& l) { return Displacements(l - home); }},
+                   commands_, targets_)
+              .whole_mm,
+          now_mm, kFit, bound_mm);
+    }
+    scaled_commands(kFit, bound_mm);
+    for (const double unit : {1e-3, 1 / 25.4, 0.1, 1e3, 25.4}) {
+      Poses right = targets_;
+      for (Pose& p : right) p = {p.x_mm / unit, p.y_mm / unit, p.phi_rad};
+      consider(Mistake::scale, "target x and y " + unit_words(unit) + ", measured ones too",
+               distance({geometry_}, commands_, right).whole_mm, now_mm, kFit, bound_mm);
+    }
+    for (const double slope : {rad_from_deg(1), deg_from_rad(1)}) {
+      Poses right = targets_;
+      for (Pose& p : right) p.phi_rad /= slope;
+      consider(Mistake::radians,
+               slope < 1 ? "all orientations are radians where degrees are due"
+                         : "all orientations were converted from degrees twice",
+               distance({geometry_}, commands_, right).whole_mm, now_mm, kFit, bound_mm);
+    }
+    if (of_targets_.scatter_mm < kNothingMm) {  // an R is a joint zero of all drives
+      const Displacements& zero = of_targets_.zero_mm;
+      const bool equal = zero.maxCoeff() - zero.minCoeff() < kNothingMm;
+      consider(Mistake::mechanism,
+               equal ? printed("commands are those of R = %.6g mm (or of joint zeros as far off)",
+                               geometry_.chains[0].R_mm + zero.mean())
+                     : printed("commands count from other joint zeros: by %.4g, %.4g, %.4g mm",
+                               zero[0], zero[1], zero[2]),
+               of_targets_.scatter_mm, now_mm, kFit, bound_mm);
+    }
+  }
+
+  /// c = k l(T) + const for all drives alike: metres, inches, another lead.
+  void scaled_commands(const char* relation, double bound_mm) {
+    Displacements mean_c = Displacements::Zero(), mean_l = Displacements::Zero();
+    std::vector<std::pair<Displacements, Displacements>> rows;
+    for (std::size_t k = 0; k < commands_.size(); ++k) {
+      if (const Displaced l = displacements_at({geometry_}, targets_[k]))
+        rows.emplace_back(commands_[k], *l);
+    }
+    const auto n = static_cast<double>(rows.size());
+    for (const auto& [c, l] : rows) {
+      mean_c += c / n;
+      mean_l += l / n;
+    }
+    double cl = 0, ll = 0;
+    for (const auto& [c, l] : rows) {
+      cl += (c - mean_c).dot(l - mean_l);
+      ll += (l - mean_l).squaredNorm();
+    }
+    if (!(ll > 0) || !(cl > 0) || std::abs(cl / ll - 1) < kMostScaled) return;
+    const double scale = cl / ll;
+    consider(
+        Mistake::scale, "commands " + unit_words(scale),
+        distance({.geometry = geometry_,
+                  .drives = [scale](const Displacements& l) { return Displacements(scale * l); }},
+                 commands_, targets_)
+                .scatter_mm /
+            scale,
+        of_targets_.whole_mm, relation, bound_mm);
+  }
+
+  /// Commands carry no noise: one other length that explains all of them is the plan's.
+  void other_lengths() {
+    const double now_mm = of_targets_.whole_mm;
+    if (!(now_mm > kNothingMm)) return;
+    for (const Length& length : kLengths) {
+      constexpr int kSteps = 6;
+      constexpr double kSmallMm = 1e-3;
+      double by_mm = 0, left_mm = INFINITY;
+      for (int step = 0; step < kSteps; ++step) {
+        double rs = 0, ss = 0;
+        for (std::size_t k = 0; k < commands_.size(); ++k) {
+          const Displaced at = displacements_at({longer(geometry_, length, by_mm)}, targets_[k]);
+          const Displaced next =
+              displacements_at({longer(geometry_, length, by_mm + kSmallMm)}, targets_[k]);
+          if (!at || !next) continue;
+          const Displacements slope = (*next - *at) / kSmallMm;
+          rs += slope.dot(commands_[k] - *at);
+          ss += slope.squaredNorm();
+        }
+        if (!(ss > 0)) break;
+        const double most = 0.5 * (geometry_.chains[0].*(length.of) + by_mm);
+        by_mm += std::clamp(rs / ss, -most, most);
+        left_mm = distance({longer(geometry_, length, by_mm)}, commands_, targets_).whole_mm;
+      }
+      if (std::abs(by_mm) < kOtherLengthMm) continue;
+      const double is = geometry_.chains[0].*(length.of);
+      consider(
+          Mistake::mechanism,
+          printed("commands are those of %s = %.6g mm, not of %.6g", length.name, is + by_mm, is),
+          left_mm, now_mm, "commands fit the inverse kinematics of the targets", kNothingMm);
+    }
+  }
+
+  void shifted_rows() {
+    const double now_mm = lie_.off_mm;
+    for (int by = -kMostRows; by <= kMostRows; ++by) {
+      if (by == 0 || commands_.size() < static_cast<std::size_t>(kFewestScreened + kMostRows))
+        continue;
+      const std::string rows =
+          std::to_string(std::abs(by)) + (std::abs(by) == 1 ? " row" : " rows");
+      const auto stand = [&](const char* what, bool late) {
+        return std::string(what) + " stand " + rows + (late ? " too late" : " too early");
+      };
+      const double poses_mm =
+          robust_sigma(distances_mm(targets_, measured_, by), kNearlyAll, kNearlyAllOfNormal);
+      const bool targets = of_measured_.whole_mm < of_targets_.whole_mm;
+      consider(Mistake::shifted_rows,
+               targets ? stand("targets", by < 0) : stand("measured poses", by > 0), poses_mm,
+               now_mm, kLie, INFINITY);
+      if (poses_mm * kFarBetter < now_mm || of_targets_.whole_mm < kNothingMm) continue;
+      consider(Mistake::shifted_rows, stand("commands", by < 0),
+               distance({geometry_}, commands_, targets_, by).whole_mm, of_targets_.whole_mm,
+               "commands fit the inverse kinematics of the targets", INFINITY);
+    }
+  }
+
+  std::vector<Suspicion> chosen(bool robot_lies, bool commands_lie) {
+    std::stable_sort(fitted_.begin(), fitted_.end(),
+                     [](const Fitted& a, const Fitted& b) { return a.left_mm < b.left_mm; });
+    std::vector<Suspicion> all;
+    for (const Fitted& f : fitted_) {
+      if (f.left_mm > kAlike * fitted_.front().left_mm || all.size() == 2) break;
+      const bool named = std::any_of(
+          all.begin(), all.end(), [&](const Suspicion& s) { return s.kind == f.suspicion.kind; });
+      if (!named) all.push_back(f.suspicion);
+    }
+    const bool wild = lie_.place.left_mm > kMostShiftedMm && robot_lies;
+    if (all.empty() && (commands_lie || wild)) {
+      all.push_back({Mistake::mechanism,
+                     commands_lie ? "the commands do not belong to this mechanism"
+                                  : "the measured poses belong neither to the targets nor to the "
+                                    "commands",
+                     printed("commands are %.2g mm off the inverse kinematics of the readings and "
+                             "%.2g mm off that of the targets",
+                             of_measured_.whole_mm, of_targets_.whole_mm)});
+    }
+    return all;
+  }
+
+  Geometry geometry_;
+  Commands commands_;
+  Poses targets_, measured_;
+  InverseResult home_;
+  double spread_mm_ = 0;
+  Distance of_measured_, of_targets_;
+  Lie lie_;
+  std::vector<Fitted> fitted_;
+};
+
+}  // namespace
+
+std::vector<Suspicion> gross_mistakes(const Campaign& campaign) {
+  Search search(campaign);
+  return search.enough() ? search.found() : std::vector<Suspicion>{};
+}
+
+std::vector<Suspicion> gross_mistakes_of_few(const Campaign& campaign) {
+  struct Undo {
+    Mistake kind;
+    const char* what;
+    Pose (*pose)(const Pose& measured, const Pose& target);
+  };
+  constexpr std::array<Undo, 9> kUndo = {{
+      {Mistake::scale, "measured x and y are metres",
+       [](const Pose& p, const Pose&) {
+         return Pose{1e3 * p.x_mm, 1e3 * p.y_mm, p.phi_rad};
+       }},
+      {Mistake::scale, "measured x and y are inches",
+       [](const Pose& p, const Pose&) {
+         return Pose{25.4 * p.x_mm, 25.4 * p.y_mm, p.phi_rad};
+       }},
+      {Mistake::frame_mirrored, "x has the wrong sign",
+       [](const Pose& p, const Pose&) {
+         return Pose{-p.x_mm, p.y_mm, p.phi_rad};
+       }},
+      {Mistake::frame_mirrored, "y has the wrong sign",
+       [](const Pose& p, const Pose&) {
+         return Pose{p.x_mm, -p.y_mm, p.phi_rad};
+       }},
+      {Mistake::frame_mirrored, "x and y have changed places",
+       [](const Pose& p, const Pose&) {
+         return Pose{p.y_mm, p.x_mm, p.phi_rad};
+       }},
+      {Mistake::frame_turned, "the frame is turned by 90 deg",
+       [](const Pose& p, const Pose&) {
+         return Pose{p.y_mm, -p.x_mm, p.phi_rad};
+       }},
+      {Mistake::frame_turned, "the frame is turned by -90 deg",
+       [](const Pose& p, const Pose&) {
+         return Pose{-p.y_mm, p.x_mm, p.phi_rad};
+       }},
+      {Mistake::frame_turned, "the frame is turned by 180 deg",
+       [](const Pose& p, const Pose&) {
+         return Pose{-p.x_mm, -p.y_mm, p.phi_rad};
+       }},
+      {Mistake::deviations, "deviations from the targets stand in place of measured poses",
+       [](const Pose& p, const Pose& t) {
+         return Pose{p.x_mm + t.x_mm, p.y_mm + t.y_mm, 0};
+       }},
+  }};
+  constexpr double kTenth = 0.1;
+  std::vector<Fitted> fitted;
+  const auto consider = [&](Mistake kind, std::string what, double left_mm, double now_mm) {
+    if (!(left_mm < kCloseMm && left_mm < kTenth * now_mm)) return;
+    fitted.push_back({{kind, std::move(what),
+                       printed("within %.2g mm so, within %.3g mm as they are", left_mm, now_mm)},
+                      std::max(left_mm, kNothingMm)});
+  };
+  const auto farthest = [&](const auto& off_of) {
+    double most = 0;
+    for (const Reading& r : campaign.readings) {
+      if (r.measured) most = std::max(most, off_of(r));
+    }
+    return most;
+  };
+  const auto apart = [](const Pose& p, const Pose& t) {
+    return std::abs(place_of(p) - place_of(t));
+  };
+  const double now_mm = farthest([&](const Reading& r) { return apart(*r.measured, r.target); });
+  for (const Undo& undo : kUndo) {
+    consider(undo.kind, undo.what, farthest([&](const Reading& r) {
+               return apart(undo.pose(*r.measured, r.target), r.target);
+             }),
+             now_mm);
+  }
+  const Geometry& geometry = campaign.mechanism.geometry;
+  const InverseResult home = inverse(geometry, campaign.mechanism.home);
+  if (!home.ok()) return {};
+  const auto in_drives = [&](const Model& model) {
+    return farthest([&](const Reading& r) {
+      const Displaced l = displacements_at(model, *r.measured);
+      const Displaced at_home = displacements_at(model, campaign.mechanism.home);
+      if (!l || !at_home) return static_cast<double>(INFINITY);
+      // From home on: what a drive counts there is not known.
+      const Displacements way = *l - *at_home - (r.conditions.cmd_mm - home.l_mm);
+      return way.cwiseAbs().maxCoeff();
+    });
+  };
+  const double drives_now_mm = in_drives({geometry});
+  for (const Hypothesis& h : of_drives(geometry)) {
+    if (h.kind != Mistake::working_mode)
+      consider(h.kind, h.what, in_drives(h.model), drives_now_mm);
+  }
+  std::stable_sort(fitted.begin(), fitted.end(),
+                   [](const Fitted& a, const Fitted& b) { return a.left_mm < b.left_mm; });
+  std::vector<Suspicion> found;
+  for (const Fitted& f : fitted) {
+    if (found.size() < 2 && (found.empty() || found.front().kind != f.suspicion.kind))
+      found.push_back(f.suspicion);
+  }
+  return found;
+}
+
+std::optional<FrameMove> fitted_frame(const Campaign& campaign) {
+  Poses targets, measured;
+  for (const Reading& r : campaign.readings) {
+    if (!r.measured) continue;
+    targets.push_back(r.target);
+    measured.push_back(*r.measured);
+  }
+  if (targets.size() < static_cast<std::size_t>(kFewestScreened)) return std::nullopt;
+  const Lie free = lie(targets, measured);
+  for (const Part& part : parts_of(free, "")) {
+    if (part.kind != Mistake::frame_turned && part.kind != Mistake::frame_shifted)
+      return std::nullopt;
+  }
+  if (std::abs(wrapped(free.angle.offset_rad - free.place.turn_rad)) > kMostTurnedRad)
+    return std::nullopt;  // positions alone are turned
+  const Similarity rigid = similarity(points_of(targets, measured), false, true);
+  if (rigid.left_mm > kSimilarShare * std::max(free.width_mm, kNarrowMm)) return std::nullopt;
+  return FrameMove{rigid.turn_rad, rigid.shift_mm.real(), rigid.shift_mm.imag()};
+}
+
+Pose in_robot_frame(const FrameMove& frame, const Pose& pose) {
+  const Complex at = (place_of(pose) - Complex(frame.shift_x_mm, frame.shift_y_mm)) *
+                     std::polar(1.0, -frame.turn_rad);
+  return {at.real(), at.imag(), pose.phi_rad - frame.turn_rad};
+}
+
+}  // namespace trammel
