@@ -15,7 +15,7 @@ std::string bold(std::string_view text);
 /// Text from a file or a device, safe on a terminal: control characters become '?'.
 std::string printable(std::string_view text);
 
-/// `text` as one word of a shell: quoted when it must be.
+/// `text` as one word of a shell: quoted when it must be, or begins with '-'.
 std::string shell_word(std::string_view text);
 
 }  // namespace trammel::terminal

@@ -251,17 +251,17 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& span, const Eigen::MatrixXd& colum
 }
 
 /// Effects of the best set, taken out: the span that they leave free, and what they explain there.
-struct Place {
+struct Setting {
   Eigen::MatrixXd kept;  // orthonormal: what stays named
   Eigen::MatrixXd span;  // of the effects, beside it
   Eigen::VectorXd seen;  // of the residual, in that span
   double price = 0;      // of the effects' units
 };
 
-Place place_of(const ResidualSpace& space, const Library& library, const Candidate& best,
+Setting place_of(const ResidualSpace& space, const Library& library, const Candidate& best,
                const std::vector<int>& effects) {
   const std::vector<int> others = units_of(library, best, effects, false);
-  Place place{
+  Setting place{
       .kept = orthonormal(space.project(signals_of(library, others))), .span = {}, .seen = {}};
   place.span = orthonormal(beside(
       place.kept, space.project(signals_of(library, units_of(library, best, effects, true)))));
@@ -271,7 +271,7 @@ Place place_of(const ResidualSpace& space, const Library& library, const Candida
 }
 
 /// The columns of the look-alike that earn most: each choice of some of its rails.
-void try_rails(const ResidualSpace& space, const Place& place, const Eigen::MatrixXd& columns,
+void try_rails(const ResidualSpace& space, const Setting& place, const Eigen::MatrixXd& columns,
                const Pretender& kind, std::optional<LookAlike>& found) {
   for (unsigned choice = 1; choice < 1U << columns.cols(); ++choice) {
     std::vector<int> chosen;
@@ -306,7 +306,7 @@ std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& li
                                    const Candidate& best, std::span<const Reading> path) {
   std::vector<Reading> rows(path.begin(), path.end());
   std::ranges::stable_sort(rows, {}, &Reading::seq);
-  std::map<std::vector<int>, Place> places;
+  std::map<std::vector<int>, Setting> places;
   std::map<std::string, std::optional<LookAlike>> of_kind;
   for (const Pretender& kind : kinds_for(space, rows)) {
     const auto sets = taken_for(kind, best);
