@@ -10,7 +10,7 @@ struct Provenance {
   std::string git_revision;
   std::string compiler;
   std::string libraries;
-  std::string cpu_level;  // x86-64-v4, x86-64-v3 or x86-64: the kernels that ran
+  std::string cpu_level;  // of the kernels that ran: name_of(CpuLevel)
 };
 Provenance this_program();
 

@@ -21,6 +21,16 @@ int time_is_over(void* deadline) {
   return Clock::now() > *static_cast<const Clock::time_point*>(deadline) ? 1 : 0;
 }
 
+/// "bounds, …, v_point_error": what a question can be about.
+std::string tables_and_views(Connection& connection) {
+  Statement find(connection,
+                 "SELECT name FROM sqlite_schema WHERE type IN ('table', 'view') UNION SELECT name "
+                 "FROM sqlite_temp_schema WHERE type = 'table' ORDER BY name");
+  std::string names;
+  while (find.step()) names += (names.empty() ? "" : ", ") + find.text(0);
+  return names;
+}
+
 // What follows the first statement is only white space and comments when SQLite prepares nothing.
 bool is_one_statement(Connection& connection, const std::string& sql) {
   sqlite3_stmt* statement = nullptr;
@@ -28,11 +38,13 @@ bool is_one_statement(Connection& connection, const std::string& sql) {
   int n = 0;
   while (*rest != '\0') {
     if (sqlite3_prepare_v2(connection.handle(), rest, -1, &statement, &rest) != SQLITE_OK) {
+      const std::string got = sqlite3_errmsg(connection.handle());
       throw InputError({.what = "this is not a question to the database",
                         .where = {.field = "SQL"},
-                        .got = sqlite3_errmsg(connection.handle()),
-                        .expected = "one SELECT",
-                        .hint = "tables and views: store/README.md"});
+                        .got = got,
+                        .expected = "one SELECT, or the name of a table or view: " +
+                                    tables_and_views(connection),
+                        .hint = "their columns stand in store/README.md"});
     }
     if (statement != nullptr) ++n;
     sqlite3_finalize(statement);

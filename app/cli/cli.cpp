@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -12,9 +13,15 @@
 #include <optional>
 
 #include "app/cli/command_tree.hpp"
+#include "app/cli/licenses.hpp"
 #include "app/cli/next_step.hpp"
+#include "app/cli/sink.hpp"
 #include "app/cli/suggest.hpp"
+#include "app/files/format.hpp"
 #include "app/files/numbers.hpp"
+#include "app/terminal/columns.hpp"
+#include "app/terminal/typable.hpp"
+#include "store/provenance.hpp"
 
 namespace trammel::cli {
 
@@ -113,23 +120,40 @@ struct Line {
   const Context& context;
 };
 
+/// Values on the line that name neither a file nor what is stored are of the line.
+Fault fault_of(ExitCode code, const ErrorText& text, const Context& context) {
+  const std::filesystem::path file = text.where.file;
+  if (!file.empty()) {
+    return file.filename() == std::filesystem::path(context.db()).filename() ? Fault::stored
+                                                                             : Fault::file;
+  }
+  return code == ExitCode::not_found ? Fault::stored : Fault::line;
+}
+
 /// The error, and what to do next where its text does not say.
 int fail_with_advice(ExitCode code, ErrorText text, const Line& line) {
-  const std::filesystem::path db = line.context.db();
-  const bool of_database =
-      text.where.file.empty() || std::filesystem::path(text.where.file).filename() == db.filename();
-  const std::string next = next_step_after_error(line.app, line.words, code, of_database);
+  const std::string next =
+      next_step_after_error(line.app, line.words, code, fault_of(code, text, line.context));
   const bool advise = text.hint.empty();
-  if (advise && line.context.json) text.hint = next;
+  if (advise && line.context.json) text.hint = typable(next);
   fail(code, text, line.context.json);
   if (advise) line.context.next(next);
   return static_cast<int>(code);
 }
 
+/// The command, with what it prints in the file of --out.
+ExitCode chosen_into(const Context& context) {
+  if (context.out.empty()) return context.chosen();
+  Sink sink(context.out, context.existing());
+  const ExitCode code = context.chosen();
+  sink.deliver();
+  return code;
+}
+
 int run_chosen(const Line& line) {
   const Context& context = line.context;
   try {
-    const ExitCode code = context.chosen();
+    const ExitCode code = chosen_into(context);
     if (!context.suggested) {
       const std::string next = next_step(line.app, line.words, code);
       if (!next.empty()) context.next(next);
@@ -152,13 +176,20 @@ int run_chosen(const Line& line) {
   }
 }
 
-/// Numbers on the line are read as strictly as in files: decimal, finite, nothing after them.
+constexpr std::size_t kShownColumns = 30;  // of a word that is refused
+
+/// Numbers on the line are read as strictly as in files: decimal, within kLargestNumber, nothing
+/// after them.
 void only_decimal_numbers(Command command) {
   const auto number = [](const std::string& word) {
-    return parse_number(word) ? std::string() : "'" + word + "' is no decimal number";
+    const auto value = parse_number(word);
+    if (!value) return "'" + shortened(word, kShownColumns) + "' is no decimal number";
+    if (std::abs(*value) <= kLargestNumber) return std::string();
+    return "'" + shortened(word, kShownColumns) + "' is beyond all machines and laboratories";
   };
   const auto count = [](const std::string& word) {
-    return parse_integer(word) ? std::string() : "'" + word + "' is no whole number";
+    return parse_integer(word) ? std::string()
+                               : "'" + shortened(word, kShownColumns) + "' is no whole number";
   };
   for (const Option option : command.options()) {
     const std::string type = option.type_text();
@@ -179,17 +210,18 @@ std::optional<int> run_among(const std::vector<ProgramCommand>& commands,
   CommandLine app;
   set_up(app, context, commands);
   const auto [outcome, text] = app.parse(words);
+  const bool json = std::ranges::find(words, "--json") != words.end();
   if (outcome == CommandLine::Outcome::version_wanted) {
-    fmt::print("{}\n", text);
+    json ? context.print("version", version_json()) : context.print_as_is(text);
     return 0;
   }
   if (outcome != CommandLine::Outcome::ok && explain == Explain::no) return std::nullopt;
   if (outcome == CommandLine::Outcome::help_wanted) {
-    fmt::print("{}", app.help());
+    for (const auto& prepare : context.before_help) prepare();
+    context.print(app.help());
     return 0;
   }
   if (outcome == CommandLine::Outcome::wrong) {
-    const bool json = std::ranges::find(words, "--json") != words.end();
     return fail(ExitCode::usage, usage_text(app, text, words), json);
   }
   return run_chosen({app, words, context});
@@ -214,13 +246,14 @@ void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand
       "\n" + exit_codes_text() +
           "stdout is data, stderr is talk. Anywhere on the line: --json (one JSON object instead "
           "of\ntext), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db), "
-          "--overwrite\n"
-          "(replace an output file of the same format).\n"
+          "--out FILE\n(what is printed goes there), "
+          "--overwrite (replace an output file of the same format).\n"
           "NO_COLOR is honoured. `trammel man` prints all of this as a man page.",
-      std::string("trammel ") + TRAMMEL_VERSION);
+      "trammel " + store::this_program().tool_version);
   app.option("--db", context.db_option, "Database file").type("FILE");
   app.flag("--json", context.json, "Print one JSON object instead of text");
   app.flag("--quiet", context.quiet, "No talk on stderr, errors only");
+  app.option("--out", context.out, "File to write instead of stdout").type("FILE");
   app.flag("--overwrite", context.overwrite, "Replace an output file of the same format");
   for (const ProgramCommand& command : commands) command.setup(app, context);
   only_decimal_numbers(app);

@@ -23,6 +23,11 @@ Option Option::shown_default() const {
   return *this;
 }
 
+Option Option::hide() const {
+  option_->group("");
+  return *this;
+}
+
 Option Option::expected(int n) const {
   option_->expected(n);
   return *this;
@@ -139,6 +144,8 @@ template Option Command::on_option<int>(const std::string&, std::function<void(c
                                         const std::string&) const;
 template Option Command::on_option<double>(const std::string&, std::function<void(const double&)>,
                                            const std::string&) const;
+template Option Command::on_option<std::vector<double>>(
+    const std::string&, std::function<void(const std::vector<double>&)>, const std::string&) const;
 template Option Command::on_option<std::vector<std::string>>(
     const std::string&, std::function<void(const std::vector<std::string>&)>,
     const std::string&) const;

@@ -34,6 +34,7 @@ class Option {
   Option required() const;
   Option type(const std::string& name) const;  // "FILE": see value_name() of command_tree.hpp
   Option shown_default() const;                // the bound variable's value now
+  Option hide() const;                         // from help, completion and man page
   Option expected(int n) const;                // words
   Option delimiter(char between) const;
   Option needs(Option other) const;

@@ -10,6 +10,7 @@
 #include "app/cli/diagnose.hpp"
 #include "app/cli/emulate.hpp"
 #include "app/cli/job.hpp"
+#include "app/cli/licenses.hpp"
 #include "app/cli/man.hpp"
 #include "app/cli/mechanism.hpp"
 #include "app/cli/model.hpp"
@@ -21,6 +22,7 @@
 #include "app/cli/serve.hpp"
 #include "app/cli/session.hpp"
 #include "app/cli/session_control.hpp"
+#include "app/cli/template.hpp"
 
 namespace trammel::cli {
 
@@ -29,6 +31,7 @@ const std::vector<ProgramCommand>& commands() {
   // clang-format off
   static const std::vector<ProgramCommand> table = {
       {"demo", setup_demo},
+      {"template", setup_template},
       {"protocol", setup_protocol},
       {"plan", setup_plan},
       {"session", setup_session},
@@ -48,6 +51,7 @@ const std::vector<ProgramCommand>& commands() {
       {"emulate", setup_emulate},
       {"query", setup_query},
       {"db", setup_db},
+      {"licenses", setup_licenses},
       {nullptr, setup_completion},
       {nullptr, setup_man},
   };

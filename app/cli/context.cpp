@@ -8,6 +8,7 @@
 
 #include "app/cli/command_tree.hpp"
 #include "app/terminal/columns.hpp"
+#include "app/terminal/typable.hpp"
 
 namespace trammel::cli {
 
@@ -28,8 +29,6 @@ std::string Context::db() const {
   if (from_environment != nullptr && *from_environment != '\0') return from_environment;
   return "./trammel.db";
 }
-
-bool Context::db_given() const { return db() != "./trammel.db" || !db_option.empty(); }
 
 void Context::print(std::string_view text) const {
   const auto columns = terminal_columns();
@@ -53,10 +52,9 @@ void Context::say(std::string_view text) const {
 void Context::next(std::string_view command) const {
   suggested = true;
   if (json || quiet) return;
-  write(stderr, "next: " + std::string(command) +
-                    (db_option.empty() || command.find(" --db") != std::string_view::npos
-                         ? ""
-                         : " --db " + shell_word(db_option)));
+  const bool has_db = command.find(" --db") != std::string_view::npos;
+  const std::string with_db = db_option.empty() || has_db ? "" : " --db " + shell_word(db_option);
+  write(stderr, "next: " + typable(std::string(command) + with_db));
 }
 
 Command noun(Command app, const std::string& name, const std::string& description) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/cli/command_line.hpp"
 #include "app/files/files.hpp"
@@ -27,13 +28,12 @@ struct Context {
   bool json = false;
   bool quiet = false;
   bool overwrite = false;
-  std::function<ExitCode()> chosen;  // the command that the words on the line name
+  std::string out;  // --out as given: stdout of commands that have no --out of their own
+  std::function<ExitCode()> chosen;                // the command that the words on the line name
+  std::vector<std::function<void()>> before_help;  // what shows less where the line says more
 
   /// --db FILE, else TRAMMEL_DB, else ./trammel.db
   [[nodiscard]] std::string db() const;
-
-  /// --db or TRAMMEL_DB says which.
-  [[nodiscard]] bool db_given() const;
 
   /// Data: text as it is (a newline is added when missing), to stdout; on a terminal, lines that
   /// are longer go on at the next word.

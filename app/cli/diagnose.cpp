@@ -114,6 +114,12 @@ void setup_diagnose(Command app, Context& context) {
       .type("SESSION");
   command.option("--plan", options->plan, "write the points to measure next as a plan")
       .type("FILE");
+  command
+      .on_option<std::vector<double>>(
+          "--within",
+          [options](const std::vector<double>& bounds) { options->given["within_mm"] = bounds; },
+          "x and y of the points to measure next: low high, mm (where it was measured)")
+      .expected(2);
   command.option("--require", options->require, "exit 5 when the verdict is another")
       .one_of({"nothing_missing", "explained", "ambiguous", "unexplained"});
   command.on_option<int>(

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t kWidest = 100;
 constexpr std::size_t kColumn = 30;
+constexpr std::size_t kLeastText = 20;  // columns that a description needs to be read
 
 std::size_t help_columns() { return std::min(terminal_columns().value_or(kWidest), kWidest); }
 
@@ -36,12 +37,14 @@ std::vector<std::string> lines_of(const std::string& text, std::size_t columns) 
   return lines;
 }
 
+/// Where a terminal has no room for both, the description goes below the name.
 std::string two_columns(const std::string& left, const std::string& right) {
+  const std::size_t column = help_columns() < kColumn + kLeastText ? 4 : kColumn;
   std::string text = "  " + left;
-  const std::string indent(kColumn, ' ');
-  bool beside = columns_of(text) + 2 <= kColumn;
-  for (const std::string& line : lines_of(right, help_columns() - kColumn)) {
-    text += beside ? std::string(kColumn - std::min(kColumn, columns_of(text)), ' ') + line
+  const std::string indent(column, ' ');
+  bool beside = columns_of(text) + 2 <= column;
+  for (const std::string& line : lines_of(right, help_columns() - column)) {
+    text += beside ? std::string(column - std::min(column, columns_of(text)), ' ') + line
                    : "\n" + indent + line;
     beside = false;
   }

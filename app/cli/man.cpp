@@ -5,6 +5,7 @@
 
 #include "app/cli/cli.hpp"
 #include "app/cli/command_tree.hpp"
+#include "store/provenance.hpp"
 
 namespace trammel::cli {
 
@@ -110,7 +111,8 @@ std::string entries(const Entry (&all)[N]) {
 
 std::string man_page(Command app) {
   std::string page =
-      ".TH TRAMMEL 1 \"\" \"trammel " TRAMMEL_VERSION "\" \"Trammel\"\n.SH NAME\n" +
+      ".TH TRAMMEL 1 \"\" \"trammel " + store::this_program().tool_version +
+      "\" \"Trammel\"\n.SH NAME\n" +
       roff("trammel - measurement campaigns on a planar 3-PRR parallel robot") +
       "\n.SH SYNOPSIS\n" + bold_roff("trammel") + " " + value_roff("command") + " [" +
       value_roff("options") + "]\n.SH DESCRIPTION\n" + roff(app.description()) + "\n.PP\n" +

@@ -114,8 +114,8 @@ ExitCode run_show(const ModelOptions& options, Context& context) {
   } else {
     context.print(show_text(model, campaign));
   }
-  context.next(fmt::format("trammel model export {} {} compensation.csv", shell_word(campaign.name),
-                           model.row.version));
+  context.next(fmt::format("trammel model export {} {} --out compensation.csv",
+                           shell_word(campaign.name), model.row.version));
   return ExitCode::ok;
 }
 

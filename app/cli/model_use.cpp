@@ -11,12 +11,15 @@
 #include "app/files/files.hpp"
 #include "app/files/numbers.hpp"
 #include "app/job/compensation_table.hpp"
+#include "app/job/controller_tables.hpp"
 #include "app/job/fitted_range.hpp"
 #include "app/job/model_json.hpp"
+#include "app/job/run.hpp"
 #include "app/terminal/table.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/mechanism/machine_kinematics.hpp"
 #include "core/units.hpp"
+#include "store/campaign.hpp"
 #include "store/job.hpp"
 #include "store/open.hpp"
 
@@ -42,7 +45,10 @@ struct PredictOptions {
 };
 
 struct ExportOptions {
-  std::string campaign, version, file;
+  std::string campaign, version = "last", file;
+  std::string format;  // empty: as the file's ending says
+  std::string job;     // controllers: this job's correction instead of the model's
+  double knot_mm = 5;
   job::TableRequest grid;
   std::vector<double> phi_deg = {0};
   Circumstances at;
@@ -240,16 +246,20 @@ bool ends_with(const std::string& text, std::string_view end) {
   return text.size() > end.size() && text.ends_with(end);
 }
 
-Json export_table(store::Connection& db, const StoredModel& model, const ExportOptions& options,
-                  Existing existing) {
-  require_epoch(model, options.at.epoch);
+job::TableRequest request_of(const ExportOptions& options) {
   job::TableRequest request = options.grid;
   request.phi_rad.clear();
   for (const double deg : options.phi_deg) request.phi_rad.push_back(rad_from_deg(deg));
   request.epoch = options.at.epoch;
   request.temp_degc = options.at.temp_degc;
   request.time_s = options.at.time_s;
-  const job::CompensationTable table = job::compensation_table(model.robot, request);
+  return request;
+}
+
+Json export_table(store::Connection& db, const StoredModel& model, const ExportOptions& options,
+                  Existing existing) {
+  require_epoch(model, options.at.epoch);
+  const job::CompensationTable table = job::compensation_table(model.robot, request_of(options));
   if (!options.dry_run) write_output(options.file, job::table_csv(table), existing);
   return {{"kind", "table"},
           {"n_targets", table.n_targets},
@@ -259,38 +269,102 @@ Json export_table(store::Connection& db, const StoredModel& model, const ExportO
           {"words", table_words(db, model, table, options)}};
 }
 
+/// Files for a controller that corrects each drive by its own position, from any correction.
+Json export_controller(const Correction& correction, const Mechanism& mechanism,
+                       const ExportOptions& options, Existing existing) {
+  const bool linuxcnc = options.format == "linuxcnc";
+  const job::ControllerTables tables =
+      job::controller_tables(correction, mechanism, request_of(options), options.knot_mm);
+  const std::vector<job::ControllerFile> files =
+      linuxcnc ? job::linuxcnc_files(tables, options.file)
+               : std::vector{job::aerotech_file(tables, options.file)};
+  Json names = Json::array(), drives = Json::array();
+  for (const job::ControllerFile& file : files) {
+    if (!options.dry_run) write_output(file.name, file.text, existing);
+    names.push_back(file.name);
+  }
+  for (const job::DriveTables& d : tables.drives) {
+    drives.push_back({{"knots", d.forward.values_mm.size()},
+                      {"before_max_mm", d.before.max_mm},
+                      {"left_rms_mm", d.left.rms_mm},
+                      {"left_max_mm", d.left.max_mm},
+                      {"grid_max_mm", d.grid.max_mm}});
+  }
+  Json done = {{"kind", options.format},
+               {"files", names},
+               {"n_targets", tables.n_targets},
+               {"n_unreachable", tables.n_unreachable},
+               {"drives", drives},
+               {"words", job::table_words(tables, linuxcnc)}};
+  if (linuxcnc) done["ini"] = job::linuxcnc_ini(files);
+  return done;
+}
+
 std::string export_text(const Json& done) {
   std::string text = fmt::format("{} {}", done["dry_run"].get<bool>() ? "would write" : "wrote",
                                  printable(done["file"].get<std::string>()));
   if (done["kind"] == "model") return text + ": the model as JSON";
-  text += fmt::format(": {} rows for {} targets", done["n_rows"].get<int>(),
-                      done["n_targets"].get<int>());
+  if (done.contains("files")) {
+    text += fmt::format(": tables of {} drives, from {} targets", done["drives"].size(),
+                        done["n_targets"].get<int>());
+  } else {
+    text += fmt::format(": {} rows for {} targets", done["n_rows"].get<int>(),
+                        done["n_targets"].get<int>());
+  }
   if (done["n_unreachable"] > 0) {
     text += fmt::format(", {} of them out of reach and left out", done["n_unreachable"].get<int>());
   }
   for (const Json& sentence : done["words"]) text += "\n" + sentence.get<std::string>();
+  if (done.contains("ini")) text += "\nINI file:\n" + done["ini"].get<std::string>();
   return text;
 }
 
-ExitCode run_export(const ExportOptions& options, Context& context) {
+/// As named, else as the file's ending says.
+std::string format_of(const ExportOptions& options) {
+  if (!options.format.empty()) return options.format;
+  for (const char* format : {"csv", "json"}) {
+    if (ends_with(options.file, std::string(".") + format)) return format;
+  }
+  throw UsageError({.what = "neither --format nor the file's ending says what is written",
+                    .where = {.field = "--out"},
+                    .got = options.file,
+                    .expected = "NAME.csv for a compensation table, NAME.json for the model",
+                    .hint = "--format linuxcnc or aerotech for controllers"});
+}
+
+ExitCode run_export(const ExportOptions& given, Context& context) {
+  ExportOptions options = given;
+  options.format = format_of(given);
+  const bool controller = options.format == "linuxcnc" || options.format == "aerotech";
+  if (!options.job.empty() && !controller) {
+    throw UsageError({.what = "a job's correction is written for controllers alone",
+                      .where = {.field = "--job"},
+                      .expected = "--format linuxcnc or aerotech"});
+  }
   store::Connection db = store::open(context.db(), store::Access::read_only);
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
+  Json done = {{"campaign", campaign.name}, {"file", options.file}, {"dry_run", options.dry_run}};
+  if (!options.job.empty()) {
+    const store::Id id = job::find_compensation(db, options.campaign, options.job);
+    const Mechanism mechanism = store::load_campaign(db, campaign.id).campaign.mechanism;
+    done["job"] = id;
+    done.update(
+        export_controller(job::correction_of(db, id), mechanism, options, context.existing()));
+    context.json ? context.print("model-export", done) : context.print(export_text(done));
+    return ExitCode::ok;
+  }
   const StoredModel model = job::find_model(db, campaign, options.version);
-  Json done = {{"campaign", campaign.name},
-               {"version", model.row.version},
-               {"file", options.file},
-               {"dry_run", options.dry_run}};
-  if (ends_with(options.file, ".json")) {
+  done["version"] = model.row.version;
+  if (controller) {
+    require_epoch(model, options.at.epoch);
+    done.update(export_controller(ModelCorrection{model.robot}, model.robot.mechanism, options,
+                                  context.existing()));
+  } else if (options.format == "json") {
     done["kind"] = "model";
     const std::string text = job::model_file_json(model, campaign.name).dump(1) + "\n";
     if (!options.dry_run) write_output(options.file, text, context.existing());
-  } else if (ends_with(options.file, ".csv")) {
-    done.update(export_table(db, model, options, context.existing()));
   } else {
-    throw UsageError({.what = "the file's ending says what is written",
-                      .where = {.field = "FILE"},
-                      .got = options.file,
-                      .expected = "NAME.csv for a compensation table, NAME.json for the model"});
+    done.update(export_table(db, model, options, context.existing()));
   }
   context.json ? context.print("model-export", done) : context.print(export_text(done));
   return ExitCode::ok;
@@ -322,11 +396,21 @@ void setup_predict(Command model, Context& context) {
 
 void setup_export(Command model, Context& context) {
   Command c =
-      model.command("export", "A compensation table for a controller (.csv), or the model (.json)");
+      model.command("export", "A correction for a controller, a table of it, or the model itself");
   auto o = std::make_shared<ExportOptions>();
   c.option("CAMPAIGN", o->campaign, "Name or uuid").required();
-  c.option("VERSION", o->version, "Number of the version, or last").required();
-  c.option("FILE", o->file, "NAME.csv or NAME.json").required();
+  c.option("VERSION", o->version, "Number of the version, or last (last)");
+  c.option("--out", o->file, "NAME.csv, NAME.json; linuxcnc: NAME of NAME.0.comp, …")
+      .required()
+      .type("FILE");
+  c.option("--format", o->format,
+           "csv: commands for a grid of targets; json: model/1; linuxcnc, aerotech: a table for "
+           "each drive (as the file's ending says)")
+      .one_of({"csv", "json", "linuxcnc", "aerotech"});
+  c.option("--job", o->job, "linuxcnc, aerotech: this job's correction, whatever its method");
+  c.option("--knot-mm", o->knot_mm, "linuxcnc, aerotech: between knots of a drive's table")
+      .positive()
+      .shown_default();
   c.option("--step-mm", o->grid.step_mm, "Of the targets").shown_default();
   c.option("--half-width-mm", o->grid.half_width_mm, "Of the square of targets about O_A")
       .shown_default();

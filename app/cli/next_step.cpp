@@ -32,9 +32,9 @@ constexpr auto kRows = std::to_array<Row>({
     {"calibrate",             "trammel report CAMPAIGN",                        ""},
     {"diagnose",              "trammel report CAMPAIGN",                        "trammel report CAMPAIGN"},
     {"model diff",            "trammel model predict CAMPAIGN last --pose 0,0,0", ""},
-    {"model predict",         "trammel model export CAMPAIGN VERSION compensation.csv",
+    {"model predict",         "trammel model export CAMPAIGN VERSION --out compensation.csv",
                               "trammel mechanism workspace FILE"},
-    {"model export",          "trammel model show CAMPAIGN VERSION",            ""},
+    {"model export",          "trammel model list CAMPAIGN",                    ""},
     {"job show",              "trammel job why JOB",                            ""},
     {"job why",               "trammel job verify JOB",                         ""},
     {"job verify",            "trammel job list",                               "trammel job why JOB"},
@@ -50,9 +50,10 @@ constexpr auto kRows = std::to_array<Row>({
     {"serve",                 "trammel report CAMPAIGN",                        ""},
     {"query",                 "trammel query SQL --csv",                        ""},
     {"db check",              "trammel db verify",                              "restore a backup, then: trammel db verify"},
-    {"db verify",             "trammel db backup FILE",                         "restore a backup, then: trammel db verify"},
+    {"db verify",             "trammel db backup --out FILE",                         "restore a backup, then: trammel db verify"},
     {"db backup",             "trammel db verify --db FILE",                    ""},
     {"db migrate",            "trammel db verify",                              ""},
+    {"licenses",              "trammel --version --json",                       ""},
     {"man",                   "trammel man | man -l -",                         ""},
     // clang-format on
 });
@@ -73,7 +74,17 @@ const Row* row_of(Command command) {
 
 std::string joined(const std::vector<std::string>& words) {
   std::string line = "trammel";
-  for (const std::string& word : words) line += " " + shell_word(word);
+  bool values_only = false;  // behind "--"
+  for (const std::string& word : words) {
+    const std::size_t name = std::min(word.find_first_not_of('-'), word.size());
+    if (word == "--") {
+      values_only = true;
+    } else if (values_only || name == 0) {
+      line += " " + shell_word(word);
+    } else {
+      line += " " + word.substr(0, name) + shell_word(word.substr(name));
+    }
+  }
   return line;
 }
 
@@ -110,16 +121,14 @@ std::string next_step(Command app, const std::vector<std::string>& words, ExitCo
 }
 
 std::string next_step_after_error(Command app, const std::vector<std::string>& words, ExitCode code,
-                                  bool of_database) {
+                                  Fault fault) {
   Command command = chosen_command(app);
-  const std::string again = joined(words);
+  const std::string again = joined(words), help = full_name(command) + " --help";
   switch (code) {
-    case ExitCode::usage:
-      return full_name(command) + " --help";
     case ExitCode::not_found:
-      return of_database ? "trammel campaign list" : "name what is there, then: " + again;
+      return fault == Fault::stored ? "trammel campaign list" : help;
     case ExitCode::invalid_data:
-      return "fix it, then: " + again;
+      return fault == Fault::file ? "put the file right, then: " + again : help;
     case ExitCode::safety_stop:
       return "look at the machine, then: " + again;
     case ExitCode::device:
@@ -127,7 +136,7 @@ std::string next_step_after_error(Command app, const std::vector<std::string>& w
     case ExitCode::storage:
       return "trammel db check";
     default:
-      return again;
+      return help;
   }
 }
 

@@ -12,9 +12,12 @@ namespace trammel::cli {
 /// --dry-run. Proof: every_command_test.cpp.
 std::string next_step(Command app, const std::vector<std::string>& words, ExitCode code);
 
-/// The same after an error that suggests nothing itself. `of_database`: what was not found, or is
-/// not right, is stored and no file.
+/// What an error that suggests nothing itself is about.
+enum class Fault { stored, file, line };
+
+/// The same after such an error. A line that is wrong itself is not suggested again: its help is.
+/// Proof: next_step_test.cpp.
 std::string next_step_after_error(Command app, const std::vector<std::string>& words, ExitCode code,
-                                  bool of_database);
+                                  Fault fault);
 
 }  // namespace trammel::cli

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/cli/approach.hpp"
+#include "app/cli/command_tree.hpp"
 #include "app/cli/margins.hpp"
 #include "app/cli/plan_design.hpp"
 #include "app/files/files.hpp"
@@ -19,7 +21,10 @@
 #include "app/job/run.hpp"
 #include "app/session/plan_record.hpp"
 #include "core/plan/named.hpp"
+#include "core/plane/extent.hpp"
+#include "core/plane/hull.hpp"
 #include "core/units.hpp"
+#include "store/campaign.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -35,6 +40,7 @@ struct CreateOptions {
   std::optional<double> step_mm;
   int count = 10;
   double half_width_mm = 100;
+  std::vector<double> within;  // low, high, mm
   std::vector<double> centre_mm = {0, 0};
   double radius_mm = 50;
   std::optional<int> points;
@@ -51,7 +57,7 @@ struct CreateOptions {
   int targets = 11;
   int runs = 5;
   std::string criterion = "D";
-  std::string campaign;  // next-points: of its last diagnosis
+  std::string campaign;  // next-points: of its last diagnosis; else the bounds
   std::string job;       // next-points: of this diagnosis
   DesignOptions design = {.effects = {"lead_scale", "backlash"}};
 };
@@ -74,10 +80,56 @@ Mechanism mechanism_of(const std::string& file) {
   return file.empty() ? paper_mechanism() : read_mechanism_file(file);
 }
 
-std::vector<TargetGroup> groups_of(const CreateOptions& o) {
+/// Where points may lie, and of which machine they are to be safe.
+struct Bounds {
+  std::vector<Place> hull;             // none: anywhere
+  std::optional<Mechanism> mechanism;  // none: not asked
+
+  [[nodiscard]] bool hold(const Pose& pose) const {
+    return hull.empty() || inside(hull, {pose.x_mm, pose.y_mm});
+  }
+};
+
+/// As the line says, else where the campaign was measured and on its machine.
+Bounds bounds_of(const CreateOptions& o, const Context& context) {
+  Bounds bounds;
+  if (!o.campaign.empty() && o.grid != job::kNextPoints) {
+    store::Connection db = store::open(context.db(), store::Access::read_only);
+    const Campaign campaign =
+        store::load_campaign(db, store::require_campaign(db, o.campaign).id).campaign;
+    std::vector<Place> places;
+    for (const Reading& r : campaign.readings) {
+      if (r.measured) places.push_back({r.target.x_mm, r.target.y_mm});
+    }
+    bounds.hull = convex_hull(places);
+    bounds.mechanism = campaign.mechanism;
+  }
+  if (!o.within.empty()) {
+    if (!(o.within[0] < o.within[1])) {
+      throw UsageError({.what = "no bounds",
+                        .where = {.field = "--within"},
+                        .got = fmt::format("{} {}", o.within[0], o.within[1]),
+                        .expected = "the lower bound first"});
+    }
+    bounds.hull = square_hull(o.within[0], o.within[1]);
+  }
+  if (!o.mechanism.empty()) bounds.mechanism = read_mechanism_file(o.mechanism);
+  return bounds;
+}
+
+/// Of the square of a lattice: what holds the bounds, where they are given.
+double half_width_mm(const CreateOptions& o, const Bounds& bounds) {
+  if (o.given("--half-width") || bounds.hull.empty()) return o.half_width_mm;
+  const Extent all = extent(bounds.hull);
+  return std::max({std::abs(all.low.x_mm), std::abs(all.low.y_mm), std::abs(all.high.x_mm),
+                   std::abs(all.high.y_mm)});
+}
+
+std::vector<TargetGroup> groups_of(const CreateOptions& o, const Bounds& bounds) {
   if (o.grid == "paper-80") return {{"", paper_80(o.step_mm.value_or(kStepMm), o.count)}};
   if (o.grid == "paper-48") return {{"", paper_48(o.step_mm.value_or(kPaper48StepMm))}};
-  if (o.grid == "lattice") return {{"", lattice(o.half_width_mm, o.step_mm.value_or(kStepMm))}};
+  if (o.grid == "lattice")
+    return {{"", lattice(half_width_mm(o, bounds), o.step_mm.value_or(kStepMm))}};
   if (o.grid == "circle") {
     return {{"circle 1", circle({o.centre_mm[0], o.centre_mm[1], o.radius_mm},
                                 o.points.value_or(kCirclePoints))}};
@@ -97,17 +149,18 @@ ReadingSet set_of(const CreateOptions& o) {
   return o.set == "validate" ? ReadingSet::validate : ReadingSet::identify;
 }
 
-OptimalPlan optimal_for(const CreateOptions& o) {
+OptimalPlan optimal_for(const CreateOptions& o, const Bounds& bounds) {
   const std::map<std::string, Criterion> kCriteria = {
       {"D", Criterion::D}, {"A", Criterion::A}, {"E", Criterion::E}};
-  return optimal_plan(mechanism_of(o.mechanism),
+  return optimal_plan(bounds.mechanism.value_or(paper_mechanism()),
                       {.name = o.name.empty() ? o.grid : o.name,
                        .points = o.points.value_or(kOptimalPoints),
                        .criterion = kCriteria.at(o.criterion),
                        .effects = o.design.effects,
                        .sigma = o.design.sigma(),
-                       .half_width_mm = o.half_width_mm,
+                       .half_width_mm = half_width_mm(o, bounds),
                        .step_mm = o.step_mm.value_or(kOptimalStepMm),
+                       .within = bounds.hull,
                        .orientations_rad = orientations_rad(o, kOptimalOrientationsDeg),
                        .approach_mm = o.approach_mm,
                        .seed = static_cast<std::uint64_t>(o.seed),
@@ -127,15 +180,48 @@ Plan suggested_points(const CreateOptions& o, const Context& context) {
   return plan;
 }
 
-Plan plan_for(const CreateOptions& o, const Context& context) {
+/// Whether the pose lies within the bounds, and from each direction and at each orientation that is
+/// asked for it is safe.
+bool admitted(const Pose& pose, const PlanRequest& request, const Bounds& bounds) {
+  if (!bounds.hold(pose)) return false;
+  if (!bounds.mechanism) return true;
+  for (const double turn_rad : request.orientations_rad) {
+    for (const Approach& approach : request.approaches) {
+      const Pose turned{pose.x_mm, pose.y_mm, pose.phi_rad + turn_rad};
+      const Plan one{"", request.approach_mm, {{.seq = 1, .target = turned, .approach = approach}}};
+      if (!check(one, *bounds.mechanism).empty()) return false;
+    }
+  }
+  return true;
+}
+
+void leave_out(PlanRequest& request, const Bounds& bounds, const Context& context) {
+  std::size_t n_all = 0, n_out = 0;
+  for (TargetGroup& group : request.groups) {
+    n_all += group.poses.size();
+    n_out += std::erase_if(group.poses,
+                           [&](const Pose& pose) { return !admitted(pose, request, bounds); });
+  }
+  std::erase_if(request.groups, [](const TargetGroup& group) { return group.poses.empty(); });
+  if (n_out == 0) return;
+  const char* why =
+      bounds.mechanism ? "outside the bounds, or not safe on the machine" : "outside the bounds";
+  if (n_out == n_all) {
+    throw InputError({.what = fmt::format("all {} points of the grid are {}", n_all, why),
+                      .hint = "wider --within, or another grid"});
+  }
+  context.say(fmt::format("{} of {} points are left out: {}", n_out, n_all, why));
+}
+
+Plan plan_for(const CreateOptions& o, const Bounds& bounds, const Context& context) {
   if (o.grid == job::kNextPoints) return suggested_points(o, context);
-  if (o.grid == "optimal") return optimal_for(o).plan;
+  if (o.grid == "optimal") return optimal_for(o, bounds).plan;
   const std::string name = o.name.empty() ? o.grid : o.name;
   if (o.grid == "rail") {
-    return rail_plan(mechanism_of(o.mechanism),
+    return rail_plan(bounds.mechanism.value_or(paper_mechanism()),
                      {name, o.travel_mm, o.targets, o.runs, o.approach_mm});
   }
-  PlanRequest request{.name = name, .groups = groups_of(o)};
+  PlanRequest request{.name = name, .groups = groups_of(o, bounds)};
   request.orientations_rad = orientations_rad(o, {0});
   request.approaches.clear();
   for (const std::string& text : o.approaches) request.approaches.push_back(parse_approach(text));
@@ -147,6 +233,7 @@ Plan plan_for(const CreateOptions& o, const Context& context) {
   request.seed = static_cast<std::uint64_t>(o.seed);
   request.approach_mm = o.approach_mm;
   request.references = o.references;
+  leave_out(request, bounds, context);
   return build_plan(request);
 }
 
@@ -155,15 +242,21 @@ struct Use {
   const char* option;
   std::vector<std::string> grids;
   bool but = false;  // all grids but these
+
+  [[nodiscard]] bool by(const std::string& grid) const {
+    return (std::ranges::find(grids, grid) != grids.end()) != but;
+  }
 };
 const std::vector<Use>& uses() {
+  static const std::vector<std::string> chosen = {"rail", "optimal", job::kNextPoints};
   static const std::vector<Use> all = {{"--step", {"paper-80", "paper-48", "lattice", "optimal"}},
                                        {"--count", {"paper-80"}},
                                        {"--half-width", {"lattice", "optimal"}},
+                                       {"--within", {"rail", job::kNextPoints}, true},
                                        {"--centre", {"circle"}},
                                        {"--radius", {"circle"}},
                                        {"--points", {"circle", "optimal"}},
-                                       {"--mechanism", {"rail", "optimal"}},
+                                       {"--mechanism", {job::kNextPoints}, true},
                                        {"--travel", {"rail"}},
                                        {"--targets", {"rail"}},
                                        {"--runs", {"rail"}},
@@ -171,34 +264,48 @@ const std::vector<Use>& uses() {
                                        {"--sigma-xy", {"optimal"}},
                                        {"--sigma-phi", {"optimal"}},
                                        {"--effects", {"optimal"}},
-                                       {"--orientations", {"rail"}, true},
-                                       {"--seed", {"rail"}, true},
-                                       {"--set", {"rail"}, true},
-                                       {"--approach", {"rail", "optimal"}, true},
-                                       {"--repeats", {"rail", "optimal"}, true},
-                                       {"--order", {"rail", "optimal"}, true},
-                                       {"--references", {"rail", "optimal"}, true}};
+                                       {"--job", {job::kNextPoints}},
+                                       {"--orientations", {"rail", job::kNextPoints}, true},
+                                       {"--seed", {"rail", job::kNextPoints}, true},
+                                       {"--set", {"rail", job::kNextPoints}, true},
+                                       {"--approach-distance", {job::kNextPoints}, true},
+                                       {"--approach", chosen, true},
+                                       {"--repeats", chosen, true},
+                                       {"--order", chosen, true},
+                                       {"--references", chosen, true}};
   return all;
 }
 
 /// An option that would do nothing is refused, not passed over.
 void require_used(const CreateOptions& o) {
   for (const Use& use : uses()) {
-    const bool listed = std::find(use.grids.begin(), use.grids.end(), o.grid) != use.grids.end();
-    if (!o.given(use.option) || listed != use.but) continue;
+    if (!o.given(use.option) || use.by(o.grid)) continue;
     throw UsageError({.what = "this option does nothing for the grid " + o.grid,
                       .where = {.field = use.option},
                       .expected = fmt::format("{}{}", use.but ? "a grid other than " : "",
-                                              fmt::join(use.grids, ", "))});
+                                              fmt::join(use.grids, ", ")),
+                      .hint = fmt::format("see trammel plan create {} --help", o.grid)});
+  }
+}
+
+/// `plan create lattice --help` shows what shapes a lattice.
+void show_only_used(Command c) {
+  const auto words = positionals_of(c).front().words();
+  if (words.empty()) return;
+  for (const Use& use : uses()) {
+    const auto option = find_option(c, use.option);
+    if (option && !use.by(words.front())) option->hide();
   }
 }
 
 ExitCode run_create(const CreateOptions& options, Context& context) {
   require_used(options);
-  const Plan plan = plan_for(options, context);
+  const Bounds bounds = bounds_of(options, context);
+  const Plan plan = plan_for(options, bounds, context);
   const std::string text = plan_json(plan).dump(1) + "\n";
   if (options.grid == "optimal") {
-    context.say(beside_paper_80(plan, mechanism_of(options.mechanism), options.design));
+    context.say(
+        beside_paper_80(plan, bounds.mechanism.value_or(paper_mechanism()), options.design));
   }
   if (options.out.empty()) {
     context.print_as_is(text);
@@ -214,7 +321,11 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
   context.say(fmt::format("{} points {} {}", plan.points.size(),
                           options.dry_run ? "would be written to" : "written to",
                           printable(options.out)));
-  if (!options.dry_run) context.next("trammel plan check " + shell_word(options.out));
+  if (!options.dry_run) {
+    const std::string& file = options.mechanism;
+    context.next("trammel plan check " + shell_word(options.out) +
+                 (file.empty() ? "" : " --mechanism " + shell_word(file)));
+  }
   return ExitCode::ok;
 }
 
@@ -258,6 +369,7 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                    {"plan_sha256", session::plan_sha256(plan, mechanism)},
                    {"recorded", records},
                    {"safe", violations.empty()},
+                   {"mechanism", options.mechanism.empty() ? Json() : Json(options.mechanism)},
                    {"violations", violations_json(violations)}};
     if (design) fields["identifiability"] = design_json(*design);
     context.print("plan-check", fields);
@@ -268,7 +380,13 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                 ? fmt::format("{}: {} points, every target and path is safe", printable(plan.name),
                               plan.points.size())
                 : fmt::format("{}: {} violations", printable(plan.name), violations.size());
+    if (options.mechanism.empty()) {
+      text += "\non the paper's 3-PRR, which was assumed: no --mechanism is given";
+    }
     context.print(design ? design_text(*design) + text : text);
+  }
+  if (options.mechanism.empty()) {  // safe on a robot that may not be there
+    context.next(fmt::format("trammel plan check {} --mechanism FILE", shell_word(options.file)));
   }
   return violations.empty() ? ExitCode::ok : ExitCode::not_acceptable;
 }
@@ -276,18 +394,27 @@ ExitCode run_check(const FileOptions& options, Context& context) {
 void grid_options(Command c, CreateOptions& o) {
   c.option("--step", o.step_mm, "mm (10; paper-48, optimal: 20)");
   c.option("--count", o.count, "paper-80: points on each of its 8 arms").shown_default();
-  c.option("--half-width", o.half_width_mm, "lattice, optimal: of the square, mm").shown_default();
+  const Option half_width =
+      c.option("--half-width", o.half_width_mm, "lattice, optimal: of the square, mm")
+          .shown_default();
+  c.option("--within", o.within, "leave out points whose x or y is not: low high, mm")
+      .expected(2)
+      .excludes(half_width);
   c.option("--centre", o.centre_mm, "circle: x y in mm").expected(2);
   c.option("--radius", o.radius_mm, "circle: mm").shown_default();
   c.option("--points", o.points, "how many (circle: 72; optimal: 40)");
-  c.option("--mechanism", o.mechanism, "rail, optimal: mechanism file (the paper's)").type("FILE");
+  c.option("--mechanism", o.mechanism,
+           "leave out points that are not safe on it; rail, optimal: of it (the paper's)")
+      .type("FILE");
   c.option("--travel", o.travel_mm, "rail: mm to either side of home").shown_default();
   c.option("--targets", o.targets, "rail: targets per run").shown_default();
   c.option("--runs", o.runs, "rail: runs, each in both directions").shown_default();
   c.option("--criterion", o.criterion, "optimal: D (volume), A (mean variance), E (worst)")
       .one_of({"D", "A", "E"})
       .shown_default();
-  c.option("--campaign", o.campaign, "next-points: those of its last diagnosis").type("CAMPAIGN");
+  c.option("--campaign", o.campaign,
+           "next-points: of its last diagnosis; else within what was measured, on its machine")
+      .type("CAMPAIGN");
   c.option("--job", o.job, "next-points: those of this diagnosis").type("JOB");
   design_options(c, o.design);
 }
@@ -319,6 +446,7 @@ void setup_create(Command plan, Context& context) {
   c.option("--references", o->references, "this many first points serve as references")
       .non_negative()
       .shown_default();
+  context.before_help.push_back([c] { show_only_used(c); });
   on_run(c, context, o, run_create);
 }
 

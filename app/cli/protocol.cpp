@@ -130,6 +130,19 @@ protocol::Protocol demo_protocol(const std::filesystem::path& folder) {
                                        : protocol::parse_protocol(kPaperProtocol, file);
 }
 
+/// The demo's own, whatever TRAMMEL_DB names: that, and one that no demo began, is somebody's
+/// laboratory.
+void own_database(const std::filesystem::path& folder, Context& context) {
+  if (!context.db_option.empty()) return;
+  context.db_option = (folder / "trammel.db").string();
+  if (!std::filesystem::exists(context.db()) || std::filesystem::exists(folder / "protocol.json")) {
+    return;
+  }
+  throw InputError({.what = "there is a laboratory in this folder that no demo began",
+                    .where = {.file = context.db()},
+                    .hint = "name another folder: trammel demo FOLDER"});
+}
+
 }  // namespace
 
 ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
@@ -156,7 +169,7 @@ ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
 
 ExitCode run_demo(const DemoOptions& options, Context& context) {
   const std::filesystem::path folder = options.folder;
-  if (!context.db_given()) context.db_option = (folder / "trammel.db").string();
+  own_database(folder, context);
   if (options.dry_run) return tell_plan("demo", demo_protocol(folder), context);
   std::filesystem::create_directories(folder);
   write_unless_there(folder / "robot.json", kPaperRobot);

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "app/files/files.hpp"
+#include "app/report/dcc.hpp"
 #include "app/report/gather.hpp"
 #include "app/report/page/page.hpp"
 #include "app/report/print.hpp"
@@ -33,23 +34,46 @@ report::Page page() {
           .narrow = terminal_columns().value_or(kWide) < kWide};
 }
 
-std::string report_page(const std::string& campaign, const Context& context) {
+std::string report_page(const std::string& campaign, const Context& context,
+                        const std::optional<double>& tolerance_mm) {
   store::Connection connection = store::open(context.db(), store::Access::read_only);
   return report::page_html(
-      report::page_json(connection, store::require_campaign(connection, campaign)));
+      report::page_json(connection, store::require_campaign(connection, campaign), tolerance_mm));
 }
 
 namespace {
 
-report::Report found_of(const std::string& campaign, const Context& context) {
+report::Report found_of(const ReportOptions& options, const Context& context) {
   store::Connection connection = store::open(context.db(), store::Access::read_only);
-  return report::gather(connection, store::require_campaign(connection, campaign));
+  const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
+  report::Report found = report::gather(connection, campaign);
+  if (options.tolerance_mm) {
+    found.tolerance = report::tolerance_test(report::judged_points(connection, campaign, found),
+                                             *options.tolerance_mm);
+  }
+  return found;
 }
 
-}  // namespace
+/// A machine that is not shown to pass is no acceptable answer.
+ExitCode answered(const report::Report& found) {
+  return found.tolerance && found.tolerance->machine != Conformity::passes
+             ? ExitCode::not_acceptable
+             : ExitCode::ok;
+}
 
-void print_report(const std::string& campaign, const Context& context) {
-  const report::Report found = found_of(campaign, context);
+void write_dcc(const ReportOptions& options, const Context& context) {
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
+  const report::Report found = report::gather(connection, campaign);
+  const std::string xml = report::dcc_xml(connection, campaign, found,
+                                          report::judged_points(connection, campaign, found));
+  if (!options.dry_run) write_output(options.dcc, xml, context.existing());
+  context.say(fmt::format("{}{}: a digital calibration certificate in PTB's form, not validated",
+                          options.dry_run ? "would write " : "", printable(options.dcc)));
+}
+
+ExitCode print_report(const ReportOptions& options, const Context& context) {
+  const report::Report found = found_of(options, context);
   if (context.json) {
     context.print("report", report::to_json(found));
   } else {
@@ -59,17 +83,19 @@ void print_report(const std::string& campaign, const Context& context) {
   context.next(found.jobs.empty()    ? "trammel calibrate lsq " + name
                : found.story.empty() ? "trammel diagnose " + name
                                      : "trammel assess " + name);
+  return answered(found);
 }
 
+}  // namespace
+
 ExitCode run_report(const ReportOptions& options, Context& context) {
-  if (options.html.empty()) {
-    print_report(options.campaign, context);
-    return ExitCode::ok;
-  }
-  const std::string html = report_page(options.campaign, context);
+  if (!options.dcc.empty()) write_dcc(options, context);
+  if (options.html.empty()) return print_report(options, context);
+  const report::Report found = found_of(options, context);
+  const std::string html = report_page(options.campaign, context, options.tolerance_mm);
   if (!options.dry_run) write_output(options.html, html, context.existing());
   if (context.json) {
-    Json fields = report::to_json(found_of(options.campaign, context));
+    Json fields = report::to_json(found);
     fields["html"] = {
         {"file", options.html}, {"n_bytes", html.size()}, {"written", !options.dry_run}};
     context.print("report", fields);
@@ -78,7 +104,7 @@ ExitCode run_report(const ReportOptions& options, Context& context) {
                               options.dry_run ? "would write " : "", printable(options.html),
                               static_cast<double>(html.size()) / 1e6));
   }
-  return ExitCode::ok;
+  return answered(found);
 }
 
 void setup_report(Command app, Context& context) {
@@ -89,7 +115,14 @@ void setup_report(Command app, Context& context) {
       .option("--html", options->html,
               "Write the report as a page in one file: all figures, for screen and paper")
       .type("FILE");
-  command.flag("--dry-run", options->dry_run, "Make the page and write nothing");
+  command
+      .option("--tolerance", options->tolerance_mm,
+              "mm: does the position error stay within it, U considered? exit 5 if it is not shown")
+      .positive();
+  command
+      .option("--dcc", options->dcc, "Write the errors with U as a digital calibration certificate")
+      .type("FILE");
+  command.flag("--dry-run", options->dry_run, "Make page and certificate, and write nothing");
   on_run(command, context, options, run_report);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "app/cli/context.hpp"
@@ -10,11 +11,13 @@ namespace trammel::cli {
 struct ReportOptions {
   std::string campaign;
   std::string html;  // the page's file; empty: none
+  std::string dcc;   // the certificate's file; empty: none
+  std::optional<double> tolerance_mm;
   bool dry_run = false;
 };
 
 /// `report CAMPAIGN`: before and after, for each figure whether in-sample or held-out; with --html
-/// as a page in one file.
+/// as a page in one file; with --tolerance whether the machine is shown to meet it (else exit 5).
 void setup_report(Command app, Context& context);
 ExitCode run_report(const ReportOptions& options, Context& context);
 
@@ -25,9 +28,7 @@ std::string with_bold_headings(const std::string& text);
 report::Page page();
 
 /// The report of a campaign as a page.
-std::string report_page(const std::string& campaign, const Context& context);
-
-/// Prints the report of a campaign, as text or JSON.
-void print_report(const std::string& campaign, const Context& context);
+std::string report_page(const std::string& campaign, const Context& context,
+                        const std::optional<double>& tolerance_mm = {});
 
 }  // namespace trammel::cli

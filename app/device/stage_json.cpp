@@ -2,6 +2,7 @@
 
 #include "app/files/fields.hpp"
 #include "app/files/files.hpp"
+#include "app/files/format.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
@@ -59,7 +60,7 @@ void read_controller(Fields fields, GalilSettings& s) {
 }
 
 StageFile read_stage_fields(Fields top) {
-  top.choice("format", {"stage/1"});
+  take_format(top, "stage/1");
   static_cast<void>(top.text("name", ""));
   static_cast<void>(top.text("why", ""));
   StageFile stage;

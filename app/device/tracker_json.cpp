@@ -11,6 +11,7 @@
 #include "app/device/thermometers.hpp"
 #include "app/files/fields.hpp"
 #include "app/files/files.hpp"
+#include "app/files/format.hpp"
 #include "app/files/points_format.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -192,7 +193,7 @@ std::unique_ptr<Thermometer> read_thermometer(Fields fields, const std::filesyst
 }
 
 TrackerFile read_tracker_fields(Fields top, const std::filesystem::path& folder) {
-  top.choice("format", {"tracker/1"});
+  take_format(top, "tracker/1");
   static_cast<void>(top.text("name", ""));
   static_cast<void>(top.text("why", ""));
   TrackerFile result;

@@ -4,6 +4,7 @@
 
 #include "app/emulate/tracker.hpp"
 #include "app/files/fields.hpp"
+#include "app/files/format.hpp"
 #include "core/units.hpp"
 
 namespace trammel::emulate {
@@ -52,7 +53,7 @@ TrackerSetup read_tracker_setup(const std::filesystem::path& path) {
   const JsonFile file = read_json(path);
   Fields top(file);
   TrackerSetup setup;
-  top.choice("format", {"emulated-tracker/1"});
+  take_format(top, "emulated-tracker/1");
   setup.warm_up_s = top.number("warm_up_s", setup.warm_up_s);
   if (setup.warm_up_s < 0) top.refuse("warm_up_s", "time that runs backwards", "0 or more");
   if (auto stand = top.optional_object("from_base")) {

@@ -3,6 +3,7 @@
 #include "app/files/budget_json.hpp"
 #include "app/files/fields.hpp"
 #include "app/files/files.hpp"
+#include "app/files/format.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/readings_csv.hpp"
@@ -39,7 +40,7 @@ TrackerSigma read_tracker(Fields fields) {
 /// The campaign without its readings, and the readings' file.
 std::string read_head(const JsonFile& file, Campaign& campaign) {
   Fields top(file);
-  top.choice("format", {kFormat});
+  take_format(top, kFormat);
   campaign.name = top.text("name");
   if (campaign.name.empty() || campaign.name.size() > 200) {
     top.refuse("name", "a name that can't be used", "1 to 200 letters");

@@ -1,7 +1,10 @@
 #include "app/files/fields.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "app/files/format.hpp"
 
 namespace trammel {
 
@@ -25,7 +28,11 @@ std::string shown(const Json& value) {
 
 double as_number(const JsonFile& file, const std::string& path, const Json& value) {
   if (!value.is_number()) wrong(file, path, value, "a number");
-  return value.get<double>();
+  const double number = value.get<double>();
+  if (!(std::abs(number) <= kLargestNumber)) {
+    wrong(file, path, value, "a number of a size that a laboratory has");
+  }
+  return number;
 }
 
 int as_integer(const JsonFile& file, const std::string& path, const Json& value) {

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "app/files/output_name.hpp"
 #include "core/error.hpp"
 
 namespace trammel {
@@ -145,11 +146,9 @@ std::string head_of(const std::filesystem::path& path) {
   return head;
 }
 
-/// Refuses to replace the regular file `path` by `content` unless it may be.
-void require_replaceable(const std::filesystem::path& path, std::string_view content,
-                         Existing existing) {
-  const std::string is = format_of(head_of(path)), becomes = format_of(content);
-  if (is == kDatabase || is_journal(path)) {
+/// Refuses a regular file that output must not replace, whatever the output.
+void require_free_file(const std::filesystem::path& path, Existing existing) {
+  if (format_of(head_of(path)) == kDatabase || is_journal(path)) {
     throw InputError({.what = "a database is never replaced by output",
                       .where = {.file = path.string()},
                       .expected = "the name of a new file"});
@@ -160,12 +159,15 @@ void require_replaceable(const std::filesystem::path& path, std::string_view con
                       .expected = "the name of a new file",
                       .hint = "--overwrite replaces it"});
   }
-  if (is != "empty" && is != becomes) {
-    throw InputError({.what = "a file of another format is not replaced",
-                      .where = {.file = path.string()},
-                      .got = is,
-                      .expected = becomes + ", or the name of a new file"});
-  }
+}
+
+void require_same_format(const std::filesystem::path& path, std::string_view content) {
+  const std::string is = format_of(head_of(path)), becomes = format_of(content);
+  if (is == "empty" || is == becomes) return;
+  throw InputError({.what = "a file of another format is not replaced",
+                    .where = {.file = path.string()},
+                    .got = is,
+                    .expected = becomes + ", or the name of a new file"});
 }
 
 /// Devices and pipes: nothing to rename, and not all of them can be synced.
@@ -190,21 +192,28 @@ int open_beside(const std::filesystem::path& path, std::string& name) {
 
 }  // namespace
 
-void write_output(const std::filesystem::path& given, std::string_view content, Existing existing) {
-  if (given.empty()) {
+void require_free(const std::filesystem::path& path, Existing existing) {
+  if (path.empty()) {
     throw InputError({.what = "the name of the output file is empty", .expected = "a file's name"});
   }
   struct stat was = {};
-  const bool there = ::stat(given.c_str(), &was) == 0;
-  if (there && S_ISDIR(was.st_mode)) {
+  if (::stat(path.c_str(), &was) != 0) return;
+  if (S_ISDIR(was.st_mode)) {
     throw InputError(
-        {.what = "this is a folder", .where = {.file = given.string()}, .expected = "a file"});
+        {.what = "this is a folder", .where = {.file = path.string()}, .expected = "a file"});
   }
+  if (S_ISREG(was.st_mode)) require_free_file(path, existing);
+}
+
+void write_output(const std::filesystem::path& given, std::string_view content, Existing existing) {
+  require_free(given, existing);
+  struct stat was = {};
+  const bool there = ::stat(given.c_str(), &was) == 0;
   if (there && !S_ISREG(was.st_mode)) return write_through(given, content);
   std::error_code code;
   const auto resolved = std::filesystem::weakly_canonical(given, code);  // through symbolic links
   const std::filesystem::path path = code ? given : resolved;
-  if (there) require_replaceable(path, content, existing);
+  if (there) require_same_format(path, content);
   std::string temporary;
   const int descriptor = open_beside(path, temporary);
   if (descriptor < 0) refuse_writing(path, errno);

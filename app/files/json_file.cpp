@@ -31,6 +31,22 @@ struct Cursor {
   bool operator!=(const Cursor& other) const { return at != other.at; }
 };
 
+/// Comments blanked, so that every byte stays where it is.
+std::string without_comments(std::string_view text) {
+  std::string plain(text);
+  bool quoted = false;
+  for (std::size_t at = 0; at < plain.size(); ++at) {
+    if (quoted && plain[at] == '\\') {
+      ++at;
+    } else if (plain[at] == '"') {
+      quoted = !quoted;
+    } else if (!quoted && plain.compare(at, 2, "//") == 0) {
+      for (; at < plain.size() && plain[at] != '\n' && plain[at] != '\r'; ++at) plain[at] = ' ';
+    }
+  }
+  return plain;
+}
+
 /// Lines and columns of growing offsets, each byte looked at once.
 class LineCounter {
  public:
@@ -198,9 +214,10 @@ JsonFile parse_json(std::string_view text, const std::string& name) {
   JsonFile file;
   file.name = name;
   std::size_t n_read = 0;
-  Builder builder(text, file, n_read);
-  const Cursor begin{text.data(), &n_read};
-  const Cursor end{text.data() + text.size(), nullptr};
+  const std::string plain = without_comments(text);
+  Builder builder(plain, file, n_read);
+  const Cursor begin{plain.data(), &n_read};
+  const Cursor end{plain.data() + plain.size(), nullptr};
   if (!Json::sax_parse(begin, end, &builder)) throw InputError({.what = "this is no JSON"});
   return file;
 }

@@ -32,8 +32,8 @@ inline constexpr std::size_t kMaxJsonValues = 500'000;
 inline constexpr std::size_t kMaxJsonTextBytes = 100'000;
 inline constexpr std::size_t kMaxJsonPathBytes = 500;  // of all the keys that lead to a value
 
-/// Parses strictly (RFC 8259, plus: no duplicate key, no more than the caps above, no number that
-/// overflows). NaN and Infinity are no JSON. Throws InputError with line and column.
+/// Parses strictly (RFC 8259; no duplicate key, no NaN, no overflow, no more than the caps above),
+/// but // to the end of a line is a comment, a blank to us. Throws InputError with line and column.
 /// Proof: json_file_test.cpp.
 JsonFile parse_json(std::string_view text, const std::string& name);
 

@@ -5,6 +5,7 @@
 
 #include "app/files/budget_json.hpp"
 #include "app/files/fields.hpp"
+#include "app/files/format.hpp"
 
 namespace trammel {
 
@@ -144,7 +145,7 @@ Layout read_layout(const std::filesystem::path& path) {
   Fields top(file);
   Layout layout;
   layout.file = file.name;
-  top.choice("format", {"layout/1"});
+  take_format(top, "layout/1");
   layout.name = top.text("name");
   if (layout.name.empty() || layout.name.size() > 200) {
     top.refuse("name", "a name that can't be used", "1 to 200 letters");

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "app/files/fields.hpp"
+#include "app/files/format.hpp"
 #include "app/files/numbers.hpp"
 #include "core/error.hpp"
 #include "core/plan/named.hpp"
@@ -71,7 +72,7 @@ Json plan_json(const Plan& plan) {
 Plan read_plan(const std::filesystem::path& path) {
   const JsonFile file = read_json(path);
   Fields top(file);
-  top.choice("schema", {"trammel/plan/1"});
+  take_format(top, "trammel/plan/1", "schema");
   Plan plan;
   plan.name = top.text("name");
   plan.approach_mm = top.number("approach_mm", plan.approach_mm);

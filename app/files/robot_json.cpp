@@ -3,6 +3,7 @@
 #include <string>
 
 #include "app/files/fields.hpp"
+#include "app/files/format.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "core/error.hpp"
 #include "core/simulate/truth_check.hpp"
@@ -127,7 +128,7 @@ void read_lists(Fields& top, Truth& truth) {
 }
 
 Truth read_truth(Fields top) {
-  top.choice("format", {"robot/1"});
+  take_format(top, "robot/1");
   static_cast<void>(top.text("name", ""));
   static_cast<void>(top.text("why", ""));
   Truth truth;

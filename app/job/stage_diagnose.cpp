@@ -7,6 +7,7 @@
 #include "app/job/diagnosis_json.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/stages.hpp"
+#include "core/plane/extent.hpp"
 #include "core/units.hpp"
 
 namespace trammel::job {
@@ -24,6 +25,13 @@ Json complete_diagnosis(const Json& given) {
               {"false_alarm", f.number("false_alarm", defaults.false_alarm)},
               {"epochs", f.choice("epochs", {"own", "shared"}, "own")},
               {"inadequate", f.number("inadequate", defaults.inadequate)}};
+  if (f.has("within_mm")) {  // absent when not asked for: the key of earlier jobs stays
+    const std::vector<double> within = f.numbers("within_mm");
+    if (within.size() != 2 || !(within[0] < within[1])) {
+      f.refuse("within_mm", "no bounds", "two numbers, the lower first");
+    }
+    all["within_mm"] = within;
+  }
   f.done();
   for (const char* level : {"false_alarm", "inadequate"}) {
     const double value = all[level].get<double>();
@@ -86,6 +94,11 @@ std::vector<std::string> notes_on(const Campaign& campaign) {
   return notes;
 }
 
+std::vector<Place> bounds_in(const Json& p) {
+  if (!p.contains("within_mm")) return {};
+  return square_hull(p["within_mm"][0], p["within_mm"][1]);
+}
+
 StageResult run_diagnosis(const Campaign& measured, const Json& p) {
   const bool shared = p["epochs"] == "shared";
   const Campaign campaign = shared ? in_one_epoch(measured) : measured;
@@ -93,7 +106,8 @@ StageResult run_diagnosis(const Campaign& measured, const Json& p) {
                                     .inadequate = p["inadequate"].get<double>(),
                                     .seed = p["seed"].get<std::uint64_t>(),
                                     .replicates = p["replicates"].get<int>(),
-                                    .new_epoch_next = !shared});
+                                    .new_epoch_next = !shared,
+                                    .next_within = bounds_in(p)});
   const std::vector<std::string> notes = notes_on(campaign);
   d.notes.insert(d.notes.begin(), notes.begin(), notes.end());
   StageResult out;

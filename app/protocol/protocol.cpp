@@ -5,6 +5,7 @@
 #include <map>
 
 #include "app/files/fields.hpp"
+#include "app/files/format.hpp"
 #include "app/files/plan_json.hpp"
 #include "app/files/published_json.hpp"
 #include "app/job/stages.hpp"
@@ -159,7 +160,7 @@ namespace {
 Protocol protocol_of(const JsonFile& file, const std::filesystem::path& path) {
   constexpr std::size_t kMaxSteps = 1000;
   Fields top(file);
-  top.choice("format", {"protocol/1"});
+  take_format(top, "protocol/1");
   Protocol protocol;
   protocol.name = read_name(top);
   protocol.about = top.text("about", "");

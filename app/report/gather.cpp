@@ -47,6 +47,8 @@ ErrorTable table_of(const Comparison& c, Figure figure) {
                    .figure = position ? "position" : "attitude",
                    .unit = position ? "mm" : "deg",
                    .set = c.group->set == ReadingSet::identify ? "identify" : "validate",
+                   .session = c.group->walk->session.name,
+                   .job = c.job->id,
                    .standing = c.standing,
                    .after_predicted = c.paired.predicted,
                    .before = errors.summary_before,

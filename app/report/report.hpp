@@ -8,6 +8,7 @@
 
 #include "app/files/published_json.hpp"
 #include "app/report/story.hpp"
+#include "app/report/tolerance.hpp"
 #include "core/judge/budget.hpp"
 #include "core/judge/seen.hpp"
 #include "core/statistics/summary.hpp"
@@ -36,11 +37,13 @@ struct PointError {
 
 /// Errors of the same poses before and after a correction, mm or deg.
 struct ErrorTable {
-  std::string id = {};                   // "lsq-80-position"
-  std::string method = {};               // "lsq"
-  std::string figure = {};               // "position", "attitude"
-  std::string unit = {};                 // "mm", "deg"
-  std::string set = {};                  // "identify", "validate"
+  std::string id = {};       // "lsq-80-position"
+  std::string method = {};   // "lsq"
+  std::string figure = {};   // "position", "attitude"
+  std::string unit = {};     // "mm", "deg"
+  std::string set = {};      // "identify", "validate"
+  std::string session = {};  // of the readings before
+  store::Id job = 0;
   Standing standing = Standing::unseen;  // to the fit
   bool after_predicted = false;  // by the correction from the readings before; else measured again
   Summary before = {};
@@ -156,6 +159,7 @@ struct Report {
   int n_readings = 0;
   int n_excluded = 0;
   std::vector<ErrorTable> tables = {};
+  std::optional<ToleranceTest> tolerance = {};  // where one was asked for
   std::optional<Contest> contest = {};
   std::string picked = {};  // by a contest of all methods over blocks of the fitted points
   std::optional<CircleTable> circles = {};

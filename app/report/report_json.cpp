@@ -120,6 +120,31 @@ Json network_json(const NetworkFit& fit, const std::optional<Published>& publish
   return json;
 }
 
+Json tolerance_json(const ToleranceTest& test) {
+  Json points = Json::array();
+  for (std::size_t k = 0; k < test.verdicts.size(); ++k) {
+    const JudgedPoint& p = test.of.points[k];
+    points.push_back({{"x_mm", p.x_mm},
+                      {"y_mm", p.y_mm},
+                      {"error_mm", p.error_mm},
+                      {"U_k2_mm", p.U_mm},
+                      {"verdict", name_of(test.verdicts[k])}});
+  }
+  const JudgedPoints& of = test.of;
+  return {{"tolerance_mm", test.tolerance_mm},
+          {"machine", name_of(test.machine)},
+          {"words", tolerance_words(test)},
+          {"method", of.method},
+          {"session", of.session},
+          {"judged", of.method.empty() ? "baseline" : name_of(of.standing)},
+          {"error_is", of.predicted ? "predicted" : "measured"},
+          {"U_from", of.U_from},
+          {"n_passes", test.n(Conformity::passes)},
+          {"n_fails", test.n(Conformity::fails)},
+          {"n_undecided", test.n(Conformity::undecided)},
+          {"points", points}};
+}
+
 Json contest_json(const Contest& contest) {
   return {{"a", contest.a},
           {"b", contest.b},
@@ -169,6 +194,7 @@ nlohmann::ordered_json to_json(const Report& report) {
   for (const ErrorTable& table : report.tables) json["tables"].push_back(table_json(table));
   if (report.circles)
     json["tables"].push_back(circles_json(*report.circles, published_circles(report)));
+  if (report.tolerance) json["tolerance"] = tolerance_json(*report.tolerance);
   if (report.contest) json["contest"] = contest_json(*report.contest);
   if (const auto& found = report.identification) {
     json["identification"] = {{"job_key", found->job_key},

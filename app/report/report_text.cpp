@@ -183,6 +183,14 @@ std::string parameter_line(const ParameterRow& p) {
   return line + "\n";
 }
 
+/// "readings know only l_1 - R_1 = 0.0307 +- 3.0960 mm (k = 2)" without the number: the table above
+/// has it.
+std::string without_amount(const std::string& sentence) {
+  return sentence.ends_with("(k = 2)")
+             ? sentence.substr(0, sentence.rfind(" = ", sentence.rfind("+-")))
+             : sentence;
+}
+
 std::string identification_text(const Identification& found, bool published) {
   std::string text = terminal::heading("Identified error sources");
   text += fmt::format("rank {} of {} columns\n", found.rank, found.columns);
@@ -201,7 +209,11 @@ std::string identification_text(const Identification& found, bool published) {
                  ", widened: residuals are {:.1f} times the noise, so the values have taken "
                  "up what constants cannot explain.",
                  found.sigma_ratio)));
-  for (const std::string& sentence : found.words) text += terminal::wrapped("- " + sentence, "  ");
+  for (const std::string& sentence : found.words) {
+    if (!sentence.starts_with("identified of these: ")) {
+      text += terminal::wrapped("- " + without_amount(sentence), "  ");
+    }
+  }
   return text;
 }
 
@@ -367,11 +379,15 @@ std::string to_text(const Report& report, const Page& page) {
                      fmt::format(": {}{}, {} readings", report.simulated ? "SIMULATED" : "real",
                                  report.imported ? ", imported" : "", report.n_readings);
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
-  text += "\n" + report.mechanism + "\n\n" + terminal::wrapped(verdict(report)) +
-          pictures(report, page.glyphs);
+  text += "\n" + report.mechanism + "\n\n" + terminal::wrapped(verdict(report));
+  if (report.tolerance) {
+    text += terminal::wrapped(tolerance_words(*report.tolerance) + ".");
+  }
+  text += pictures(report, page.glyphs);
   text += figure_tables(report, "position", page.narrow) +
           figure_tables(report, "attitude", page.narrow);
   if (!report.tables.empty()) text += notes(report) + demand_text(report);
+  if (report.tolerance) text += tolerance_text(*report.tolerance);
   if (!report.budget.empty()) {
     text += terminal::heading("What stands behind the uncertainty of " +
                               method_words(best_table(report)->method)) +

@@ -22,7 +22,7 @@ std::string printable(std::string_view text, std::string_view kept = "");
 /// A text of JSON with the same characters beyond ASCII, and DEL, as \u escapes: nothing is lost.
 std::string printable_json(std::string_view json);
 
-/// `text` as one word of a shell: quoted when it must be.
+/// `text` as one word of a shell: quoted when it must be, or begins with '-'.
 std::string shell_word(std::string_view text);
 
 }  // namespace trammel::terminal

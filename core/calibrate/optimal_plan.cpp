@@ -10,6 +10,7 @@
 #include "core/linear/decompositions.hpp"
 #include "core/linear/products.hpp"
 #include "core/plan/grids.hpp"
+#include "core/plane/hull.hpp"
 #include "core/statistics/random.hpp"
 
 namespace trammel {
@@ -46,6 +47,7 @@ std::vector<Candidate> safe_candidates(const Mechanism& mechanism, const Optimal
   std::vector<Candidate> all;
   for (const double phi_rad : request.orientations_rad) {
     for (Pose pose : lattice(request.half_width_mm, request.step_mm)) {
+      if (!request.within.empty() && !inside(request.within, {pose.x_mm, pose.y_mm})) continue;
       pose.phi_rad = phi_rad;
       for (const Approach& approach : approaches(directed)) {
         const Plan one{"", request.approach_mm, {{.seq = 1, .target = pose, .approach = approach}}};
@@ -56,7 +58,7 @@ std::vector<Candidate> safe_candidates(const Mechanism& mechanism, const Optimal
   if (all.empty()) {
     throw InputError({.what = "no candidate of the plan can be measured safely",
                       .expected = "poses within reach, limits and away from singularities",
-                      .hint = "a smaller --half-width, or other --orientations"});
+                      .hint = "a smaller --half-width, other --within, or other --orientations"});
   }
   return all;
 }

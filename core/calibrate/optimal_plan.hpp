@@ -8,6 +8,7 @@
 
 #include "core/calibrate/design.hpp"
 #include "core/plan/check.hpp"
+#include "core/plane/place.hpp"
 
 namespace trammel {
 
@@ -25,6 +26,7 @@ struct OptimalRequest {
   TrackerSigma sigma = {};
   double half_width_mm = 100;  // candidates: this square, every step, at every orientation
   double step_mm = 20;
+  std::vector<Place> within = {};  // convex hull that candidates lie in; none: anywhere
   std::vector<double> orientations_rad = {};
   double approach_mm = 5;
   std::uint64_t seed = 1;

@@ -739,8 +739,9 @@ Diagnosis diagnose(const Campaign& measured, const DiagnoseOptions& options) {
   std::vector<Tie> ties;
   decide(w, ties);
   if (ties.empty()) ties = blind_ties(w.out.audit, w.out.fit.model);
-  w.out.next = plan_next_points(w.base, w.readings, w.out.noise.used, ties,
-                                {.new_epoch = options.new_epoch_next});
+  w.out.next =
+      plan_next_points(w.base, w.readings, w.out.noise.used, ties,
+                       {.new_epoch = options.new_epoch_next, .within = options.next_within});
   measure_gap(campaign, w.readings, w.base, w.out);
   for (const Reading& r : of_set(campaign, ReadingSet::predict)) {
     const PredictedPose p = predict_with_covariance(w.out.fit, r.conditions);

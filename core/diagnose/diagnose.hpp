@@ -27,7 +27,8 @@ struct DiagnoseOptions {
   std::uint64_t seed = 1;
   int replicates = 2000;
   int threads = 2;
-  bool new_epoch_next = true;  // points measured next get a homing and frame of their own
+  bool new_epoch_next = true;           // points measured next get a homing and frame of their own
+  std::vector<Place> next_within = {};  // convex hull of these points; none: what was measured
 };
 
 /// Replicates whose smallest p, 1 / (n + 1), reaches the lower of two levels: with fewer a test can

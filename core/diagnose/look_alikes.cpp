@@ -273,17 +273,17 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& span, const Eigen::MatrixXd& colum
 }
 
 /// Effects of the best set, taken out: the span that they leave free, and what they explain there.
-struct Place {
+struct Setting {
   Eigen::MatrixXd kept;  // orthonormal: what stays named
   Eigen::MatrixXd span;  // of the effects, beside it
   Eigen::VectorXd seen;  // of the residual, in that span
   double price = 0;      // of the effects' units
 };
 
-Place place_of(const ResidualSpace& space, const Library& library, const Candidate& best,
-               const std::vector<int>& effects) {
+Setting place_of(const ResidualSpace& space, const Library& library, const Candidate& best,
+                 const std::vector<int>& effects) {
   const std::vector<int> others = units_of(library, best, effects, false);
-  Place place{
+  Setting place{
       .kept = orthonormal(space.project(signals_of(library, others))), .span = {}, .seen = {}};
   place.span = orthonormal(beside(
       place.kept, space.project(signals_of(library, units_of(library, best, effects, true)))));
@@ -309,7 +309,7 @@ std::vector<Eigen::MatrixXd> choices_of(int columns) {
 
 /// The choice of rails that earns most in place of the effects; nothing where the readings can't
 /// tell the two apart.
-std::optional<LookAlike> best_rails(const ResidualSpace& space, const Place& place,
+std::optional<LookAlike> best_rails(const ResidualSpace& space, const Setting& place,
                                     const Eigen::MatrixXd& columns, const Pretender& kind,
                                     const std::vector<int>& effects) {
   std::optional<LookAlike> found;
@@ -367,7 +367,7 @@ std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& li
   std::vector<Reading> rows(path.begin(), path.end());
   std::ranges::stable_sort(rows, {}, &Reading::seq);
   const std::vector<Pretender> kinds = kinds_for(space, rows);
-  std::map<std::vector<int>, Place> places;
+  std::map<std::vector<int>, Setting> places;
   std::map<std::string, std::size_t> scales;
   std::map<std::pair<std::string, std::vector<int>>, std::vector<LookAlike>> at_scales;
   for (const Pretender& kind : kinds) {

@@ -7,7 +7,10 @@
 #include "core/diagnose/selection.hpp"
 #include "core/linear/decompositions.hpp"
 #include "core/linear/singular_values.hpp"
-#include "core/mechanism/velocity.hpp"
+#include "core/mechanism/inverse.hpp"
+#include "core/plan/check.hpp"
+#include "core/plane/extent.hpp"
+#include "core/plane/hull.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -32,45 +35,64 @@ struct Visit {
   Conditions conditions;
 };
 
-bool reachable(const Mechanism& mechanism, const Pose& pose, double approach_mm,
-               InverseResult& at) {
-  at = inverse(mechanism.geometry, pose);
-  if (!at.ok()) return false;
-  const Limits& limits = mechanism.limits;
-  if (at.l_mm.minCoeff() < limits.l_min_mm + approach_mm ||
-      at.l_mm.maxCoeff() > limits.l_max_mm - approach_mm) {
-    return false;
-  }
-  return singularity(mechanism.geometry, velocity_equation(mechanism.geometry, pose, at)).margin() >
-         kSafeMargin;
+/// Whether the platform can be measured there from any direction: the stroke that the approach
+/// needs is kept free, as is a wider margin to singularities than a plan must have.
+bool safe(const Mechanism& mechanism, const Pose& pose, double approach_mm) {
+  const Plan one{"", approach_mm, {{.seq = 1, .target = pose}}};
+  return check(one, mechanism,
+               {.limit_margin_mm = approach_mm + CheckOptions{}.limit_margin_mm,
+                .singularity_margin = kSafeMargin})
+      .empty();
 }
 
-/// Poses of a square lattice at three orientations. With `by_direction` each from all eight
-/// directions; else each from one, in turn, so that the next session is blind to none.
-std::vector<Visit> candidates(const Mechanism& mechanism, const Conditions& there,
-                              double approach_mm, bool by_direction) {
+/// What was measured, drawn in to kNearEdge about the middle of its extent.
+std::vector<Place> bounds_of(const std::vector<Reading>& readings) {
+  std::vector<Place> places;
+  for (const Reading& r : readings) places.push_back({r.target.x_mm, r.target.y_mm});
+  const Extent all = extent(places);
+  const Place middle{(all.low.x_mm + all.high.x_mm) / 2, (all.low.y_mm + all.high.y_mm) / 2};
+  for (Place& p : places) {
+    p = {middle.x_mm + kNearEdge * (p.x_mm - middle.x_mm),
+         middle.y_mm + kNearEdge * (p.y_mm - middle.y_mm)};
+  }
+  return convex_hull(places);
+}
+
+/// Poses of a lattice over `bounds` at several orientations. With `by_direction` each from all
+/// eight directions; else each from one, in turn, so that the next session is blind to none.
+std::vector<Visit> candidates(const Mechanism& mechanism, const std::vector<Place>& bounds,
+                              const Conditions& there, double approach_mm, bool by_direction) {
   const int half = by_direction ? 2 : 3;  // lattice points to either side
-  const double step_mm = 90.0 / half;
+  const Extent all_of = extent(bounds);
+  const auto at_step = [half](double low, double high, int k) {
+    return (low + high) / 2 + (high - low) / 2 / half * k;
+  };
+  std::vector<Place> places;
+  for (int ix = -half; ix <= half; ++ix) {
+    for (int iy = -half; iy <= half; ++iy) {
+      const Place place{at_step(all_of.low.x_mm, all_of.high.x_mm, ix),
+                        at_step(all_of.low.y_mm, all_of.high.y_mm, iy)};
+      if (inside(bounds, place)) places.push_back(place);
+    }
+  }
   std::vector<Visit> all;
   int turn = 0;
   for (const double phi_deg : by_direction ? kTurnsDeg : kMoreTurnsDeg) {
-    for (int ix = -half; ix <= half; ++ix) {
-      for (int iy = -half; iy <= half; ++iy) {
-        const Pose pose{step_mm * ix, step_mm * iy, rad_from_deg(phi_deg)};
-        InverseResult at;
-        if (!reachable(mechanism, pose, approach_mm, at)) continue;
-        ++turn;
-        for (int bits = 0; bits < 8; ++bits) {
-          if (!by_direction && bits != turn % 8) continue;
-          Visit c{pose, {}, there};
-          c.conditions.cmd_mm = c.conditions.from_mm = at.l_mm;
-          for (int rail = 0; rail < kChains; ++rail) {
-            const int direction = bits >> rail & 1 ? 1 : -1;
-            c.approach[static_cast<std::size_t>(rail)] = direction;
-            c.conditions.from_mm[rail] -= direction * approach_mm;
-          }
-          all.push_back(c);
+    for (const Place& place : distinct_places(places)) {
+      const Pose pose{place.x_mm, place.y_mm, rad_from_deg(phi_deg)};
+      if (!safe(mechanism, pose, approach_mm)) continue;
+      const InverseResult at = inverse(mechanism.geometry, pose);
+      ++turn;
+      for (int bits = 0; bits < 8; ++bits) {
+        if (!by_direction && bits != turn % 8) continue;
+        Visit c{pose, {}, there};
+        c.conditions.cmd_mm = c.conditions.from_mm = at.l_mm;
+        for (int rail = 0; rail < kChains; ++rail) {
+          const int direction = bits >> rail & 1 ? 1 : -1;
+          c.approach[static_cast<std::size_t>(rail)] = direction;
+          c.conditions.from_mm[rail] -= direction * approach_mm;
         }
+        all.push_back(c);
       }
     }
   }
@@ -355,6 +377,7 @@ struct Known {
   const std::vector<Seen>& readings;
   const std::vector<Tie>& ties;
   const Conditions& last;
+  const std::vector<Place>& bounds;
   const NextOptions& options;
 };
 
@@ -381,9 +404,9 @@ Open open_tie(const Known& k, const Tie& tie, const std::vector<Seen>& candidate
 Proposal propose(const Known& k, const NextState& state) {
   const bool by_direction =
       std::any_of(k.ties.begin(), k.ties.end(), [](const Tie& t) { return t.by_direction; });
-  const std::vector<Visit> all =
-      candidates(k.base.model.mechanism, conditions_in(state, k.last, k.options.new_epoch),
-                 state.approach_mm, by_direction);
+  const std::vector<Visit> all = candidates(k.base.model.mechanism, k.bounds,
+                                            conditions_in(state, k.last, k.options.new_epoch),
+                                            state.approach_mm, by_direction);
   std::vector<Seen> seen;
   for (const Visit& c : all) seen.push_back(k.design.seen(c.conditions));
   Proposal proposal;
@@ -453,7 +476,8 @@ NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>&
   const Design design(base, sigma, base_parameters(epochs));
   std::vector<Seen> seen;
   for (const Reading& r : readings) seen.push_back(design.seen(r.conditions));
-  const Known known{base, design, seen, ties, readings.back().conditions, options};
+  const std::vector<Place> bounds = options.within.empty() ? bounds_of(readings) : options.within;
+  const Known known{base, design, seen, ties, readings.back().conditions, bounds, options};
   std::optional<Proposal> best;
   for (const NextState& state : states(known.last, ties)) {
     if (best && best->plan.undecided.empty() && best->worst >= 1) break;

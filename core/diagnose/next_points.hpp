@@ -8,6 +8,7 @@
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/diagnose/dictionary.hpp"
+#include "core/plane/place.hpp"
 
 namespace trammel {
 
@@ -58,13 +59,17 @@ struct NextPoints {
 };
 
 struct NextOptions {
-  int most = 40;          // points
-  bool new_epoch = true;  // the points get joint zeros and a frame of their own
+  int most = 40;                   // points
+  bool new_epoch = true;           // the points get joint zeros and a frame of their own
+  std::vector<Place> within = {};  // convex hull; none: kNearEdge of the readings' own
 };
 
 /// Points (pose, orientation, direction and length of approach, temperature, waiting time),
 /// measured after the readings, that decide as many of the ties as `most` points can (T-optimality,
 /// Atkinson & Fedorov 1975: greedy, then exchange).
+///
+/// Candidates are a lattice over the bounds that `check` finds safe: no point is asked for where
+/// the machine has not been, unless the bounds say so.
 ///
 /// Leftover energy of a tie: |v - C b|^2 minimised over b; v the whitened signal, C the base (with
 /// the new epoch's joint zeros and frame) and the rival's columns, over old and new points. One
@@ -81,5 +86,9 @@ NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>&
 ///   E = (z + sqrt(z^2 + kEvidence20To1 - lead))^2
 double energy_needed(double lead);
 inline constexpr double kHopeless = 6;  // 20:1 in every second repetition
+
+/// Share of what was measured, about its middle, where new points may lie: the outermost points
+/// themselves show no room for the approach beyond them.
+inline constexpr double kNearEdge = 0.9;
 
 }  // namespace trammel

@@ -7,6 +7,15 @@ namespace trammel {
 
 namespace {
 
+constexpr const char* kBaseline =
+#if defined(__x86_64__)
+    "x86-64";
+#elif defined(__aarch64__)
+    "arm64";
+#else
+    "other";
+#endif
+
 CpuLevel found() {
 #if defined(__x86_64__)
   // by what sets the levels apart: not every compiler knows their names
@@ -31,7 +40,7 @@ CpuLevel cpu_level() {
 }
 
 const char* name_of(CpuLevel level) {
-  constexpr std::array<const char*, 3> kNames = {"x86-64", "x86-64-v3", "x86-64-v4"};
+  constexpr std::array<const char*, 3> kNames = {kBaseline, "x86-64-v3", "x86-64-v4"};
   return kNames[static_cast<std::size_t>(level)];
 }
 

@@ -5,10 +5,10 @@ namespace trammel {
 
 enum class CpuLevel { x86_64, x86_64_v3, x86_64_v4 };
 
-/// The highest level this machine has (x86-64 on every other machine). Found once.
+/// The highest level this machine has; x86_64, the baseline, on any other processor. Found once.
 CpuLevel cpu_level();
 
-/// "x86-64", "x86-64-v3", "x86-64-v4".
+/// "x86-64-v3", "x86-64-v4"; of the baseline what it was compiled for: "x86-64", "arm64".
 const char* name_of(CpuLevel level);
 
 namespace levels {

@@ -14,6 +14,7 @@ extern "C" {
 extern const char trammel_page_template[], trammel_page_template_end[];
 extern const char trammel_page_style[], trammel_page_style_end[];
 extern const char trammel_page_script[], trammel_page_script_end[];
+extern const char trammel_page_notices[], trammel_page_notices_end[];
 }
 
 namespace trammel::report {
@@ -51,7 +52,7 @@ std::string escaped(std::string_view text) {
         out += "&#39;";
         break;
       default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        out += static_cast<unsigned char>(c) < 0x20 && c != '\n' ? ' ' : c;
     }
   }
   return out;
@@ -81,6 +82,15 @@ std::string filled(std::string_view text,
   return out;
 }
 
+std::string notices_html() {
+  std::string html;
+  for (const PageLibrary& l : page_libraries()) {
+    html += fmt::format("<h3>{} {}</h3><pre>{}</pre>", escaped(l.name), escaped(l.version),
+                        escaped(l.terms));
+  }
+  return html;
+}
+
 }  // namespace
 
 std::string script_json(const Json& json) {
@@ -96,6 +106,21 @@ std::string script_json(const Json& json) {
     }
   }
   return out;
+}
+
+std::vector<PageLibrary> page_libraries() {
+  // bundle.mjs begins each with a line "@ NAME VERSION".
+  const std::string_view all(trammel_page_notices, trammel_page_notices_end);
+  std::vector<PageLibrary> libraries;
+  for (std::size_t at = 0; at < all.size();) {
+    const std::size_t line = all.find('\n', at), next = std::min(all.find("\n@ ", at), all.size());
+    const std::string_view head = all.substr(at + 2, line - at - 2);
+    const std::size_t blank = head.find(' ');
+    libraries.push_back({std::string(head.substr(0, blank)), std::string(head.substr(blank + 1)),
+                         all.substr(line + 2, next - line - 2)});
+    at = next + 1;
+  }
+  return libraries;
 }
 
 Json printable_texts(Json json) {
@@ -124,6 +149,7 @@ std::string page_html(const Json& given) {
                        {"@STYLE@", style},
                        {"@BANNER@", banner},
                        {"@VERDICT@", verdict},
+                       {"@NOTICES@", notices_html()},
                        {"@DATA@", script_json(page)},
                        {"@SCRIPT@", script}});
 }

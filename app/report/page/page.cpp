@@ -1,5 +1,7 @@
 #include "app/report/page/page.hpp"
 
+#include <fmt/format.h>
+
 #include "app/report/gather.hpp"
 #include "app/report/page/source.hpp"
 #include "app/report/print.hpp"
@@ -7,7 +9,30 @@
 
 namespace trammel::report {
 
-Json page_json(store::Connection& connection, const store::CampaignRow& campaign) {
+namespace {
+
+Json tolerance_section(const ToleranceTest& test) {
+  Json rows = Json::array();
+  for (std::size_t k = 0; k < test.verdicts.size(); ++k) {
+    const JudgedPoint& p = test.of.points[k];
+    rows.push_back({fmt::format("{:.3f}", p.x_mm), fmt::format("{:.3f}", p.y_mm),
+                    fmt::format("{:.4f}", p.error_mm), fmt::format("{:.4f}", p.U_mm),
+                    name_of(test.verdicts[k])});
+  }
+  const std::string caption =
+      "U (k = 2): " + test.of.U_from +
+      ". A point passes where error and U are within the tolerance together, fails where the error "
+      "less U is beyond it (ISO 14253-1).";
+  return section("tolerance", "Tolerance",
+                 Json::array({table({"tolerance-points", "Point by point", caption},
+                                    {"x mm", "y mm", "error mm", "U mm", "verdict"}, rows)}),
+                 {tolerance_words(test) + "."});
+}
+
+}  // namespace
+
+Json page_json(store::Connection& connection, const store::CampaignRow& campaign,
+               const std::optional<double>& tolerance_mm) {
   const Report report = gather(connection, campaign);
   const Measured measured = load_measured(connection, campaign);
   const Jobs jobs = chosen_jobs(connection, campaign.id, measured);
@@ -28,6 +53,11 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
        {verdict_section, plan_section, map_section, point_section, fit_section, circle_section,
         contest_section, story_section, residual_section, facts_section}) {
     sections.push_back(section(source));
+  }
+  if (tolerance_mm) {
+    sections.insert(sections.begin() + 1,
+                    tolerance_section(tolerance_test(judged_points(connection, campaign, report),
+                                                     *tolerance_mm)));
   }
   return {{"schema", "trammel/report-page/1"},
           {"campaign", report.campaign},

@@ -1,7 +1,10 @@
 #pragma once
 // A report as a page: one file that needs nothing else.
 
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "app/report/page/item.hpp"
 #include "store/campaign.hpp"
@@ -9,8 +12,10 @@
 namespace trammel::report {
 
 /// The page's data, "trammel/report-page/1" (schemas/report-page.schema.json): sections with
-/// figures and tables, in order. Proof: page_test.cpp.
-Json page_json(store::Connection& connection, const store::CampaignRow& campaign);
+/// figures and tables, in order; with a tolerance, a section on whether it is met. Proof:
+/// page_test.cpp.
+Json page_json(store::Connection& connection, const store::CampaignRow& campaign,
+               const std::optional<double>& tolerance_mm = {});
 
 /// The page: style, script and data in one file that asks nobody for anything. A
 /// content-security-policy names style and script by their SHA-256, so that nothing else runs
@@ -21,6 +26,13 @@ std::string page_html(const Json& page);
 
 /// `json` with all its texts as terminal::printable, their lines and tabs kept.
 Json printable_texts(Json json);
+
+/// A library that the page's script is bundled with. The terms are bytes of the program.
+struct PageLibrary {
+  std::string name, version;
+  std::string_view terms;
+};
+std::vector<PageLibrary> page_libraries();
 
 /// `json` as text that stands inside a script element: '<', '>', '&' and the line separators U+2028
 /// and U+2029 as \u escapes.

@@ -1,4 +1,4 @@
-/* The page's template, style and script as bytes of the program; the script is bundled at build. */
+/* The page's template, style, script and the terms of what it is bundled with, as bytes of the program. */
   .section .rodata
   .macro embed name, file
   .global trammel_page_\name
@@ -10,4 +10,5 @@ trammel_page_\name\()_end:
   embed template, PAGE_HTML
   embed style, PAGE_CSS
   embed script, PAGE_JS
+  embed notices, PAGE_NOTICES
   .section .note.GNU-stack, "", %progbits

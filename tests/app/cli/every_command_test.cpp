@@ -69,6 +69,7 @@ std::vector<CommandWords> all_commands() {
 const std::map<std::string, Words>& examples() {
   static const std::map<std::string, Words> all = {
       {"demo", {"demo"}},
+      {"template", {"stage", "galil"}},
       {"protocol run", {"demo/protocol.json"}},
       {"plan create", {"lattice", "--step", "50", "--out", "made.json"}},
       {"plan show", {"plan.json"}},
@@ -84,7 +85,7 @@ const std::map<std::string, Words>& examples() {
       {"campaign check", {"paper"}},
       {"campaign import", {kDriveError, "--name", "again"}},
       {"campaign points", {kTrackerFiles + "spatialanalyzer.txt"}},
-      {"campaign export", {"paper", "exported"}},
+      {"campaign export", {"paper", "--out", "exported"}},
       {"reading exclude", {"drive-error", "--seq", "3", "--reason", "a test"}},
       {"calibrate lsq", {"drive-error"}},
       {"calibrate geometry", {"drive-error"}},
@@ -98,7 +99,7 @@ const std::map<std::string, Words>& examples() {
       {"model show", {"drive-error", "last"}},
       {"model diff", {"drive-error", "1", "last"}},
       {"model predict", {"drive-error", "last", "--pose", "10,20,0"}},
-      {"model export", {"drive-error", "last", "table.csv", "--step-mm", "50"}},
+      {"model export", {"drive-error", "last", "--out", "table.csv", "--step-mm", "50"}},
       {"job list", {}},
       {"job show", {"1"}},
       {"job why", {"1"}},
@@ -117,9 +118,10 @@ const std::map<std::string, Words>& examples() {
       {"emulate galil", {"--robot", "demo/robot.json", "--tracker-port", "0"}},
       {"emulate tracker", {"--robot", "demo/robot.json"}},
       {"query", {"SELECT * FROM v_accuracy"}},
+      {"licenses", {}},
       {"db check", {}},
       {"db verify", {}},
-      {"db backup", {"copy.db"}},
+      {"db backup", {"--out", "copy.db"}},
       {"db migrate", {}},
       {"completion", {"zsh"}},
       {"complete", {"--", "report", ""}},
@@ -369,7 +371,13 @@ TEST_CASE("answers of another form, and those that are not acceptable, are valid
             6},
            {{"diagnose", "drive-error", "--require", "unexplained"}, "diagnose", 5},
            {{"calibrate", "geometry", "drive-error", "--effects", "lead_scale"}, "calibrate", 0},
-           {{"model", "export", "drive-error", "last", "model.json"}, "model-export", 0},
+           {{"model", "export", "drive-error", "last", "--out", "model.json"}, "model-export", 0},
+           {{"model", "export", "drive-error", "--format", "linuxcnc", "--out", "cnc"},
+            "model-export",
+            0},
+           {{"model", "export", "drive-error", "--format", "aerotech", "--out", "a.cal"},
+            "model-export",
+            0},
            {{"model", "predict", "drive-error", "last", "--commands",
              kDriveError + "/readings.csv"},
             "model-predict",
@@ -412,8 +420,8 @@ TEST_CASE("every error says what to do next", "[cli]") {
 TEST_CASE("files of the program's own formats are valid against their schemas", "[cli][release]") {
   const std::filesystem::path examples = tests::source_folder() + "/examples";
   const Laboratory& lab = laboratory();
-  REQUIRE(lab.run({"model", "export", "drive-error", "last", "m.json"}).exit_code == 0);
-  REQUIRE(lab.run({"campaign", "export", "paper", "as-files"}).exit_code == 0);
+  REQUIRE(lab.run({"model", "export", "drive-error", "last", "--out", "m.json"}).exit_code == 0);
+  REQUIRE(lab.run({"campaign", "export", "paper", "--out", "as-files"}).exit_code == 0);
   struct File {
     std::filesystem::path path;
     const char* schema;

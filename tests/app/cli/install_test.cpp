@@ -38,6 +38,8 @@ void check_tree(const std::filesystem::path& prefix, const std::filesystem::path
     CAPTURE(file);
     CHECK(std::filesystem::file_size(prefix / file) > 0);
   }
+  CHECK(tests::read_text(prefix / "share/doc/trammel/copyright") ==
+        tests::run_program({"licenses"}, work).out);
   CHECK_THAT(done({prefix / "bin/trammel", "--version"}, work).out, StartsWith("trammel "));
   CHECK(tests::read_text(prefix / "share/bash-completion/completions/trammel") ==
         tests::run_program({"completion", "bash"}, work).out);

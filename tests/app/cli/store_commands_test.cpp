@@ -205,8 +205,8 @@ TEST_CASE("db verify says ok of a whole file, names the row of a changed one and
   fill(folder);
   CHECK(run(folder, {"db", "check"}).exit_code == 0);
   CHECK(run(folder, {"db", "verify", "--json"}).json()["n_readings"] == 6);
-  CHECK(run(folder, {"db", "backup", folder.file("copy.db").string()}).exit_code == 0);
-  CHECK(run(folder, {"db", "backup", folder.file("copy.db").string()}).exit_code == 4);
+  CHECK(run(folder, {"db", "backup", "--out", folder.file("copy.db").string()}).exit_code == 0);
+  CHECK(run(folder, {"db", "backup", "--out", folder.file("copy.db").string()}).exit_code == 4);
   CHECK_THAT(run(folder, {"db", "migrate"}).out, Contains("nothing to do"));
   {
     store::Connection other(folder.file("lab.db"), store::Access::write);
@@ -222,7 +222,7 @@ TEST_CASE("db verify says ok of a whole file, names the row of a changed one and
   const Answer answer = run(folder, {"db", "verify"});
   CHECK(answer.exit_code == 5);
   CHECK_THAT(answer.out, Contains("seq 2"));
-  CHECK(run(folder, {"db", "backup", folder.file("bad.db").string()}).exit_code == 8);
+  CHECK(run(folder, {"db", "backup", "--out", folder.file("bad.db").string()}).exit_code == 8);
 }
 
 TEST_CASE("db migrate takes a database of version 1 to this version", "[cli]") {

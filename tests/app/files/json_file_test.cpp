@@ -47,10 +47,21 @@ TEST_CASE("a duplicate key is refused where it stands the second time", "[exchan
   CHECK(error.where.column == 2);
 }
 
+TEST_CASE("a comment from // to the end of its line is a blank, and // in a text is no comment",
+          "[exchange]") {
+  const JsonFile file = parse_json(
+      "// a \"file\"\n{ // of\n \"a\": 1, // two { values\n \"b\\\"//\": \"http://x\" }// end",
+      "a.json");
+  CHECK(file.value == nlohmann::json{{"a", 1}, {"b\"//", "http://x"}});
+  CHECK(file.where("a").line == 3);
+  CHECK(file.where("a").column == 7);
+  CHECK(parse_error("{\"a\": 1, // twice\n \"a\": 2}").where.line == 2);
+}
+
 TEST_CASE("what is no JSON is refused with line and column", "[exchange]") {
-  for (const char* bad :
-       {"", "{", "[1,]", "{\"a\":NaN}", "{\"a\":Infinity}", "{\"a\":-inf}", "{\"a\":0x10}",
-        "{\"a\":1e999}", "{'a':1}", "{\"a\":1} x", "// no\n{}", "{\"a\":01}", "\"\xff\""}) {
+  for (const char* bad : {"", "{", "[1,]", "{\"a\":NaN}", "{\"a\":Infinity}", "{\"a\":-inf}",
+                          "{\"a\":0x10}", "{\"a\":1e999}", "{'a':1}", "{\"a\":1} x", "/* no */ {}",
+                          "# no\n{}", "/ no\n{}", "// no", "{\"a\":01}", "\"\xff\""}) {
     CAPTURE(bad);
     const ErrorText error = parse_error(bad);
     CHECK(error.where.line >= 1);

@@ -6,6 +6,7 @@
 
 #include "core/diagnose/diagnose.hpp"
 #include "core/diagnose/ties.hpp"
+#include "core/plane/extent.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/support/catch.hpp"
 
@@ -177,6 +178,29 @@ TEST_CASE("the energy asked of new points is what the lead leaves to do", "[diag
   CHECK_THAT(energy_needed(0), WithinAbs(47.2, 0.1));   // (3 + sqrt(15))^2
   CHECK_THAT(energy_needed(6), WithinAbs(36.0, 1e-9));  // at 20:1 already: (3 + 3)^2
   CHECK(energy_needed(3) < energy_needed(0));
+}
+
+TEST_CASE("points are asked for where it was measured, or where the bounds allow", "[diagnose]") {
+  Measured m = one_direction();
+  std::erase_if(m.readings, [](const Reading& r) {
+    return std::abs(r.target.x_mm) > 60 || r.target.y_mm > 40;
+  });
+  const auto ties = hidden_backlash(0.03);
+  const NextPoints inside_hull = plan_next_points(m.fit, m.readings, m.sigma, ties);
+  REQUIRE_FALSE(inside_hull.points.empty());
+  for (const NextPoint& p : inside_hull.points) {
+    CHECK(std::abs(p.target.x_mm) <= 60);
+    CHECK(p.target.y_mm <= 40);
+  }
+  const NextPoints asked =
+      plan_next_points(m.fit, m.readings, m.sigma, ties, {.within = square_hull(-30, 20)});
+  REQUIRE_FALSE(asked.points.empty());
+  for (const NextPoint& p : asked.points) {
+    for (const double at_mm : {p.target.x_mm, p.target.y_mm}) {
+      CHECK(at_mm >= -30);
+      CHECK(at_mm <= 20);
+    }
+  }
 }
 
 TEST_CASE("without a tie nothing is planned", "[diagnose]") {

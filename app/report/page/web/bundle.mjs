@@ -1,10 +1,11 @@
-// node bundle.mjs MODULES OUT: the page's script and all it needs as one minified file.
-import { readFileSync } from 'node:fs';
+// node bundle.mjs MODULES OUT NOTICES: the page's script and all it needs as one minified file, and the
+// terms of every package that a byte of it comes from.
+import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-const [modules, out] = process.argv.slice(2);
+const [modules, out, notices] = process.argv.slice(2);
 const here = dirname(fileURLToPath(import.meta.url));
 const { build } = createRequire(join(modules, 'x.js'))('esbuild');
 
@@ -32,7 +33,7 @@ const withoutEval = {
   },
 };
 
-await build({
+const { metafile } = await build({
   entryPoints: [join(here, 'main.js')],
   outfile: out,
   bundle: true,
@@ -43,4 +44,22 @@ await build({
   nodePaths: [modules],
   plugins: [withSuffix, withoutEval],
   logLevel: 'warning',
+  metafile: true,
 });
+
+const packages = new Set();
+for (const { inputs } of Object.values(metafile.outputs)) {
+  for (const [path, { bytesInOutput }] of Object.entries(inputs)) {
+    const name = path.match(/.*node_modules\/((?:@[^/]+\/)?[^/]+)\//)?.[1];
+    if (name && bytesInOutput > 0) packages.add(name);
+  }
+}
+const terms = [...packages].sort().map((name) => {
+  const folder = join(modules, name);
+  const { version } = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
+  const texts = ['NOTICE', 'LICENSE', 'LICENSE.txt', 'LICENSE.md', 'licenses/LICENSE-d3']
+    .map((file) => join(folder, file)).filter(existsSync).map((file) => readFileSync(file, 'utf8').trim());
+  if (texts.length === 0) throw new Error(`${name} has no licence text: what are its terms?`);
+  return `@ ${name} ${version}\n\n${texts.join('\n\n')}\n`;
+});
+writeFileSync(notices, terms.join('\n'));

@@ -1,0 +1,94 @@
+#include "app/cli/template.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace trammel::cli {
+
+namespace {
+
+std::string noun_of(const TemplateFile& file) {
+  return std::string(file.name.substr(0, file.name.find('.')));
+}
+
+/// "galil" of stage.galil.json; "" of robot.json.
+std::string kind_of(const TemplateFile& file) {
+  const std::size_t first = file.name.find('.'), last = file.name.rfind('.');
+  return first == last ? "" : std::string(file.name.substr(first + 1, last - first - 1));
+}
+
+std::vector<std::string> template_nouns() {
+  std::vector<std::string> nouns;
+  for (const TemplateFile& file : template_files()) {
+    if (std::ranges::find(nouns, noun_of(file)) == nouns.end()) nouns.push_back(noun_of(file));
+  }
+  return nouns;
+}
+
+std::vector<std::string> kinds_of(const std::string& noun) {
+  std::vector<std::string> kinds;
+  for (const TemplateFile& file : template_files()) {
+    if (noun_of(file) == noun && !kind_of(file).empty()) kinds.push_back(kind_of(file));
+  }
+  return kinds;
+}
+
+const TemplateFile& template_of(const TemplateOptions& o) {
+  for (const TemplateFile& file : template_files()) {
+    if (noun_of(file) == o.noun && (o.kind.empty() || kind_of(file) == o.kind)) return file;
+  }
+  const auto kinds = kinds_of(o.noun);
+  throw UsageError({.what = fmt::format("there is no {} of this kind", o.noun),
+                    .where = {.field = "KIND"},
+                    .got = o.kind,
+                    .expected = kinds.empty() ? "no kind: there is one template alone"
+                                              : fmt::format("one of {}", fmt::join(kinds, ", "))});
+}
+
+/// What is done with the file, once it is as it should be.
+std::string use_of(const std::string& noun, const std::string& file) {
+  static const std::map<std::string, std::string> uses = {
+      {"machine", "trammel mechanism check {}"},
+      {"robot", "trammel mechanism check {}"},
+      {"campaign", "trammel campaign import . --dry-run"},
+      {"layout", "trammel campaign import --points FILE --layout {} --dry-run"},
+      {"protocol", "trammel protocol run {} --dry-run"},
+      {"plan", "trammel plan check {} --mechanism FILE"},
+      {"stage", "trammel session run CAMPAIGN --plan PLAN --stage galil:{} --dry-run"},
+      {"tracker", "trammel session run CAMPAIGN --plan PLAN --stage STAGE --tracker t2sa:{}"}};
+  return fmt::format(fmt::runtime(uses.at(noun)), shell_word(file));
+}
+
+}  // namespace
+
+ExitCode run_template(const TemplateOptions& options, Context& context) {
+  const TemplateFile& file = template_of(options);
+  if (context.json) {
+    context.print("template", {{"noun", options.noun},
+                               {"kind", kind_of(file)},
+                               {"kinds", kinds_of(options.noun)},
+                               {"file", file.name},
+                               {"text", file.text}});
+    return ExitCode::ok;
+  }
+  context.print_as_is(file.text);
+  context.next(context.out.empty()
+                   ? fmt::format("trammel template {}{}{} --out {}", options.noun,
+                                 options.kind.empty() ? "" : " ", options.kind, file.name)
+                   : use_of(options.noun, context.out));
+  return ExitCode::ok;
+}
+
+void setup_template(Command app, Context& context) {
+  auto options = std::make_shared<TemplateOptions>();
+  Command command = app.command("template", "A commented file to start from, valid as it is");
+  command.option("NOUN", options->noun, "of what").required().one_of(template_nouns());
+  command.option("KIND", options->kind,
+                 "stage: galil; tracker: t2sa, file; machine: 3-prr; campaign: readings");
+  on_run(command, context, options, run_template);
+}
+
+}  // namespace trammel::cli

@@ -1,0 +1,161 @@
+#include "app/job/controller_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/plan/grids.hpp"
+
+namespace trammel::job {
+
+namespace {
+
+using Samples = std::array<std::vector<DriveSample>, kChains>;
+
+constexpr std::size_t kMostKnots = 10'000;  // a finer table, to judge the step by
+constexpr double kUm = 1000;
+
+/// The corrections at one target from one side; false when it can't be reached.
+bool add_samples(const Correction& correction, const Mechanism& mechanism,
+                 const TableRequest& request, const Pose& target, int direction, Samples& samples) {
+  const InverseResult nominal = inverse(mechanism.geometry, target);
+  if (!nominal.ok()) return false;
+  const InverseResult at = commanded(correction, mechanism,
+                                     {.target = target,
+                                      .from_mm = nominal.l_mm,
+                                      .approach = {direction, direction, direction},
+                                      .epoch = request.epoch,
+                                      .time_s = request.time_s,
+                                      .temp_degc = request.temp_degc});
+  const Limits& limits = mechanism.limits;
+  if (!at.ok() || (at.l_mm.array() < limits.l_min_mm).any() ||
+      (at.l_mm.array() > limits.l_max_mm).any()) {
+    return false;
+  }
+  for (int i = 0; i < kChains; ++i) {
+    samples[static_cast<std::size_t>(i)].push_back({nominal.l_mm[i], at.l_mm[i] - nominal.l_mm[i]});
+  }
+  return true;
+}
+
+TableError worse(const TableError& a, const TableError& b) {
+  return {std::sqrt((a.rms_mm * a.rms_mm + b.rms_mm * b.rms_mm) / 2), std::max(a.max_mm, b.max_mm)};
+}
+
+/// What one table differs by from a finer one at the samples.
+TableError apart(const std::vector<DriveSample>& samples, const DriveTable& fine,
+                 const DriveTable& table) {
+  std::vector<DriveSample> of_fine = samples;
+  for (DriveSample& s : of_fine) s.correction_mm = fine.at(s.position_mm);
+  return error_left(of_fine, table);
+}
+
+DriveTables tables_of(const std::vector<DriveSample>& up, const std::vector<DriveSample>& down,
+                      double knot_mm) {
+  const DriveTable none{0, 1, {0, 0}};
+  DriveTables of;
+  of.forward = fit_drive_table(up, knot_mm, kLinuxCncKnots);
+  of.reverse = fit_drive_table(down, knot_mm, kLinuxCncKnots);
+  of.before = worse(error_left(up, none), error_left(down, none));
+  of.left = worse(error_left(up, of.forward), error_left(down, of.reverse));
+  of.grid = worse(apart(up, fit_drive_table(up, knot_mm / 2, kMostKnots), of.forward),
+                  apart(down, fit_drive_table(down, knot_mm / 2, kMostKnots), of.reverse));
+  return of;
+}
+
+}  // namespace
+
+ControllerTables controller_tables(const Correction& correction, const Mechanism& mechanism,
+                                   const TableRequest& grid, double knot_mm) {
+  ControllerTables tables;
+  Samples up, down;
+  for (const double phi_rad : grid.phi_rad) {
+    for (Pose target : lattice(grid.half_width_mm, grid.step_mm)) {
+      target.phi_rad = phi_rad;
+      ++tables.n_targets;
+      Samples both;
+      const bool reached = add_samples(correction, mechanism, grid, target, 1, both) &&
+                           add_samples(correction, mechanism, grid, target, -1, both);
+      tables.n_unreachable += reached ? 0 : 1;
+      for (std::size_t i = 0; reached && i < kChains; ++i) {
+        up[i].push_back(both[i][0]);
+        down[i].push_back(both[i][1]);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < kChains; ++i) tables.drives[i] = tables_of(up[i], down[i], knot_mm);
+  return tables;
+}
+
+std::vector<ControllerFile> linuxcnc_files(const ControllerTables& tables,
+                                           const std::string& stem) {
+  std::vector<ControllerFile> files;
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const DriveTables& d = tables.drives[i];
+    std::string text;
+    for (std::size_t k = 0; k < d.forward.values_mm.size(); ++k) {
+      text += fmt::format("{:.6f} {:.6f} {:.6f}\n", d.forward.knot_mm(k), d.forward.values_mm[k],
+                          d.reverse.values_mm[k]);
+    }
+    files.push_back({fmt::format("{}.{}.comp", stem, i), text});
+  }
+  return files;
+}
+
+std::string linuxcnc_ini(const std::vector<ControllerFile>& files) {
+  std::string text;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    text += fmt::format("[JOINT_{}]\nCOMP_FILE = {}\nCOMP_FILE_TYPE = 1\n", i, files[i].name);
+  }
+  return text;
+}
+
+ControllerFile aerotech_file(const ControllerTables& tables, const std::string& name) {
+  std::string text =
+      "' Corrections of each axis by its own position, mm, added to the command; the mean of both\n"
+      "' directions. Written from general knowledge of the form: hold it against the manual of "
+      "the\n"
+      "' controller before use.\n";
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const DriveTables& d = tables.drives[i];
+    text += fmt::format(
+        ":START1D INAXIS={0} OUTAXIS={0} POSUNIT=METRIC CORUNIT=METRIC SAMPLEDIST={1:.6f} "
+        "OFFSET={2:.6f}\n",
+        i + 1, d.forward.step_mm, d.forward.first_mm);
+    for (std::size_t k = 0; k < d.forward.values_mm.size(); ++k) {
+      text += fmt::format("{:.6f}\n", (d.forward.values_mm[k] + d.reverse.values_mm[k]) / 2);
+    }
+    text += ":END\n";
+  }
+  return {name, text};
+}
+
+std::vector<std::string> table_words(const ControllerTables& tables, bool both_directions) {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const DriveTables& d = tables.drives[i];
+    words.push_back(fmt::format(
+        "drive {}: the correction, {:.1f} um rms and {:.1f} um at most, is left by {:.1f} um rms "
+        "and {:.1f} um at most; {:.1f} um at most of it by the knots' distance of {:g} mm",
+        i + 1, kUm * d.before.rms_mm, kUm * d.before.max_mm, kUm * d.left.rms_mm,
+        kUm * d.left.max_mm, kUm * d.grid.max_mm, d.forward.step_mm));
+    double gap_mm = 0;
+    for (std::size_t k = 0; k < d.forward.values_mm.size(); ++k) {
+      gap_mm = std::max(gap_mm, std::abs(d.forward.values_mm[k] - d.reverse.values_mm[k]));
+    }
+    if (!both_directions && gap_mm > 0.5 / kUm) {
+      words.push_back(fmt::format(
+          "drive {}: from its two sides the corrections differ by up to {:.1f} um, which this "
+          "controller can't carry: half of that is left on either side",
+          i + 1, kUm * gap_mm));
+    }
+  }
+  words.emplace_back(
+      "a table of one drive can't carry what depends on the other drives or on the orientation: "
+      "that is what is left beyond the knots' distance");
+  return words;
+}
+
+}  // namespace trammel::job

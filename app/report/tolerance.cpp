@@ -1,0 +1,128 @@
+#include "app/report/tolerance.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/report/assess/assessment.hpp"
+#include "app/report/measured.hpp"
+#include "app/report/methods.hpp"
+#include "app/report/print.hpp"
+#include "app/terminal/table.hpp"
+#include "core/error.hpp"
+#include "core/measure/noise.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+/// The set of the assessment that the table is made of.
+const assess::Judged& set_of(const assess::Assessment& assessment, const ErrorTable& table) {
+  const auto& sets = assessment.job->sets;
+  const auto at = std::ranges::find_if(sets, [&table](const assess::Judged& set) {
+    return set.session == table.session && set.set == table.set && set.standing == table.standing &&
+           set.points.size() == table.points.size();
+  });
+  if (at == sets.end()) {
+    throw InputError({.what = "the job's uncertainty is not known at these points",
+                      .got = fmt::format("job {}, session {}", table.job, table.session),
+                      .hint = fmt::format("see trammel assess --job {}", table.job)});
+  }
+  return *at;
+}
+
+void judge_table(JudgedPoints& judged, store::Connection& connection,
+                 const store::CampaignRow& campaign, const ErrorTable& table) {
+  judged.method = table.method;
+  judged.session = table.session;
+  judged.standing = table.standing;
+  judged.predicted = table.after_predicted;
+  for (const PointError& p : table.points) {
+    judged.points.push_back({p.x_mm, p.y_mm, p.after, 2 * judged.u_reading_mm});
+  }
+  if (!judged.predicted) return;
+  const assess::Assessment assessment =
+      assess::gather(connection, campaign, "", std::to_string(table.job));
+  const assess::Judged& set = set_of(assessment, table);
+  judged.U_from = assessment.job->uncertainty_from + ", with the noise of a reading";
+  for (std::size_t k = 0; k < judged.points.size(); ++k) {
+    judged.points[k].U_mm = 2 * std::hypot(set.points[k].U_mm / 2, judged.u_reading_mm);
+  }
+}
+
+void judge_baseline(JudgedPoints& judged, const Measured& measured) {
+  for (const Group& group : baseline_groups(measured)) {
+    const std::string& name = group.walk->session.name;
+    if (judged.session.find(name) == std::string::npos) {
+      judged.session += (judged.session.empty() ? "" : ", ") + name;
+    }
+    for (const Visit* visit : group.visits) {
+      const Reading& r = visit->reading;
+      judged.points.push_back({r.target.x_mm, r.target.y_mm,
+                               error_in(Figure::position_mm, *r.measured, r.target),
+                               2 * judged.u_reading_mm});
+    }
+  }
+}
+
+}  // namespace
+
+JudgedPoints judged_points(store::Connection& connection, const store::CampaignRow& campaign,
+                           const Report& report) {
+  const Measured measured = load_measured(connection, campaign);
+  JudgedPoints judged{.U_from = "twice the noise of a reading",
+                      .u_reading_mm = noise_level(measured.campaign).sigma.xy_mm};
+  if (const ErrorTable* best = best_table(report)) {
+    judge_table(judged, connection, campaign, *best);
+  } else {
+    judge_baseline(judged, measured);
+  }
+  return judged;
+}
+
+long ToleranceTest::n(Conformity is) const { return std::ranges::count(verdicts, is); }
+
+ToleranceTest tolerance_test(JudgedPoints points, double tolerance_mm) {
+  ToleranceTest test{.tolerance_mm = tolerance_mm, .of = std::move(points)};
+  for (const JudgedPoint& p : test.of.points) {
+    test.verdicts.push_back(conformity(p.error_mm, p.U_mm, tolerance_mm));
+  }
+  test.machine = conformity_of_all(test.verdicts);
+  return test;
+}
+
+std::string whose_words(const JudgedPoints& points) {
+  if (points.method.empty()) return "as it is, without a correction";
+  return fmt::format("under {}, {}, {}", method_words(points.method), name_of(points.standing),
+                     points.predicted ? "predicted" : "measured again");
+}
+
+std::string tolerance_words(const ToleranceTest& test) {
+  return fmt::format(
+      "Against a tolerance of {:g} mm it {}: of {} points {} pass, {} fail, {} can't be decided",
+      test.tolerance_mm,
+      test.machine == Conformity::undecided ? "can't be decided" : name_of(test.machine),
+      test.verdicts.size(), test.n(Conformity::passes), test.n(Conformity::fails),
+      test.n(Conformity::undecided));
+}
+
+std::string tolerance_text(const ToleranceTest& test) {
+  std::string text =
+      terminal::heading(fmt::format("Position error within {:g} mm?", test.tolerance_mm));
+  text += terminal::wrapped(fmt::format(
+      "{}. The machine is judged {}. A point passes where its error and U are within the tolerance "
+      "together, fails where its error less U is beyond it (ISO 14253-1). U (k = 2): {}.",
+      tolerance_words(test), whose_words(test.of), test.of.U_from));
+  terminal::Table table({"x mm", "y mm", "error mm", "U mm", "verdict"});
+  for (std::size_t k = 0; k < test.verdicts.size(); ++k) {
+    const JudgedPoint& p = test.of.points[k];
+    table.add({fmt::format("{:.3f}", p.x_mm), fmt::format("{:.3f}", p.y_mm),
+               fmt::format("{:.4f}", p.error_mm), fmt::format("{:.4f}", p.U_mm),
+               name_of(test.verdicts[k])});
+  }
+  return text + "\n" + table.text();
+}
+
+}  // namespace trammel::report

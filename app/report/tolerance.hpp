@@ -1,0 +1,58 @@
+#pragma once
+// Whether the machine meets a tolerance on its position error (`report --tolerance`).
+
+#include <string>
+#include <vector>
+
+#include "core/judge/seen.hpp"
+#include "core/judge/tolerance.hpp"
+#include "store/campaign.hpp"
+
+namespace trammel::report {
+
+struct Report;
+
+struct JudgedPoint {
+  double x_mm = 0, y_mm = 0;
+  double error_mm = 0;
+  double U_mm = 0;  // k = 2
+};
+
+/// The points that stand for the machine.
+struct JudgedPoints {
+  std::string method = {};  // empty: as it is, without a correction
+  std::string session = {};
+  Standing standing = Standing::unseen;
+  bool predicted = false;
+  std::string U_from = {};
+  double u_reading_mm = 0;  // of a coordinate, one standard deviation
+  std::vector<JudgedPoint> points = {};
+};
+
+/// The points of best_table under its correction; without a calibration all baseline points as they
+/// are. U of an error that was measured is twice the noise of a reading; of one that is predicted,
+/// what `assess` makes of the job, with that noise. Throws InputError where the noise is not known.
+JudgedPoints judged_points(store::Connection& connection, const store::CampaignRow& campaign,
+                           const Report& report);
+
+struct ToleranceTest {
+  double tolerance_mm = 0;
+  JudgedPoints of = {};
+  std::vector<Conformity> verdicts = {};  // of each point
+  Conformity machine = Conformity::undecided;
+
+  [[nodiscard]] long n(Conformity is) const;
+};
+
+/// Proof: tolerance_report_test.cpp.
+ToleranceTest tolerance_test(JudgedPoints points, double tolerance_mm);
+
+/// "the geometry with the named effects, unseen, measured again"
+std::string whose_words(const JudgedPoints& points);
+
+/// "Against a tolerance of 0.05 mm it passes: of 48 points 48 pass, 0 fail, 0 can't be decided"
+std::string tolerance_words(const ToleranceTest& test);
+
+std::string tolerance_text(const ToleranceTest& test);
+
+}  // namespace trammel::report

@@ -1,0 +1,89 @@
+// Every template is read by the reader that its users' files go through.
+
+#include "app/cli/template.hpp"
+
+#include <functional>
+#include <map>
+
+#include "app/device/stage_json.hpp"
+#include "app/device/tracker_json.hpp"
+#include "app/files/campaign_file.hpp"
+#include "app/files/layout.hpp"
+#include "app/files/mechanism_json.hpp"
+#include "app/files/plan_json.hpp"
+#include "app/files/robot_json.hpp"
+#include "app/protocol/protocol.hpp"
+#include "core/plan/check.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/in_process.hpp"
+#include "tests/support/temporary.hpp"
+
+using namespace trammel;
+using tests::run_here;
+
+TEST_CASE("every template is valid as it is, and explains itself", "[cli]") {
+  const tests::TemporaryFolder folder;
+  const std::filesystem::path at = folder.path();
+  const auto write = [&at](const cli::TemplateFile& file, const std::string& name) {
+    write_output(at / name, file.text, Existing::replace);
+    return at / name;
+  };
+  const std::map<std::string_view, std::function<void(const std::filesystem::path&)>> readers = {
+      {"machine.3-prr.json", [](const auto& path) { (void)read_mechanism_file(path); }},
+      {"robot.json", [](const auto& path) { (void)read_robot(path); }},
+      {"layout.json", [](const auto& path) { (void)read_layout(path); }},
+      {"protocol.json", [](const auto& path) { (void)protocol::read_protocol(path); }},
+      {"plan.json",
+       [](const auto& path) { CHECK(check(read_plan(path), paper_mechanism()).empty()); }},
+      {"stage.galil.json", [](const auto& path) { (void)device::read_stage(path); }},
+      {"tracker.t2sa.json", [](const auto& path) { (void)device::read_tracker(path); }},
+      {"tracker.file.json", [](const auto& path) { (void)device::read_tracker(path); }}};
+  int n_campaign = 0;
+  for (const cli::TemplateFile& file : cli::template_files()) {
+    CAPTURE(std::string(file.name));
+    if (file.name.starts_with("campaign.")) {  // two files that are read together
+      write(file, file.name == "campaign.json" ? "campaign.json" : "readings.csv");
+      ++n_campaign;
+      continue;
+    }
+    CHECK(file.text.starts_with("// "));
+    REQUIRE(readers.count(file.name) == 1);
+    readers.at(file.name)(write(file, std::string(file.name)));
+  }
+  REQUIRE(n_campaign == 2);
+  CHECK(read_campaign(at).campaign.readings.size() == 5);
+}
+
+TEST_CASE("a template goes where --out says, and the line to use it comes with it", "[cli]") {
+  const tests::TemporaryFolder folder;
+  const auto printed = run_here({"template", "stage", "galil"}, folder.path());
+  CHECK(printed.exit_code == 0);
+  const auto written = run_here({"template", "stage", "--out", "-my stage.json"}, folder.path());
+  CHECK(written.exit_code == 0);
+  CHECK(written.out.empty());
+  CHECK_THAT(written.err, Contains("--stage galil:'-my stage.json'"));
+  CHECK(read_file(folder.path() / "-my stage.json", 1 << 20) == printed.out);
+  const auto wrong = run_here({"template", "tracker", "galil"}, folder.path());
+  CHECK(wrong.exit_code == 2);
+  CHECK_THAT(wrong.err, Contains("t2sa, file"));
+}
+
+TEST_CASE(
+    "a file that does not say what it is, or says another, is refused with the formats there are",
+    "[cli]") {
+  const tests::TemporaryFolder folder;
+  for (const char* text : {"{}", R"({"format": "robot/1"})", R"({"format": 3})"}) {
+    CAPTURE(text);
+    write_output(folder.path() / "a.json", text, Existing::replace);
+    try {
+      (void)read_layout(folder.path() / "a.json");
+      FAIL("was taken");
+    } catch (const InputError& error) {
+      CHECK(error.text().where.field == "format");
+      for (const char* format : {"layout/1", "campaign/1", "tracker/1", "trammel/plan/1"}) {
+        CHECK_THAT(error.text().expected, Contains(format));
+      }
+      CHECK_THAT(error.text().hint, Contains("trammel template"));
+    }
+  }
+}
