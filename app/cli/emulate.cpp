@@ -75,7 +75,9 @@ ExitCode run_galil(const EmulateOptions& o, Context& context) {
       robot.robot(), tracker_setup(o), [&robot] { return robot.standing(); }, tracker_faults,
       o.speedup);
   const sigset_t ends = hold_signals();
-  const emulate::Server server(o.server, emulate::galil_conversations(galil, faults));
+  emulate::ServerOptions controller = o.server;
+  controller.meanwhile = [&galil] { return galil.programs.work(); };
+  const emulate::Server server(controller, emulate::galil_conversations(galil, faults));
   std::optional<emulate::Server> second;
   std::string text =
       fmt::format("emulated Galil DMC-4183 on {}:{}", o.server.address, server.port());

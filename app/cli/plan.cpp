@@ -13,7 +13,11 @@
 #include "app/cli/command_tree.hpp"
 #include "app/cli/margins.hpp"
 #include "app/cli/plan_design.hpp"
+#include "app/device/device.hpp"
+#include "app/device/stage_json.hpp"
+#include "app/files/fields.hpp"
 #include "app/files/files.hpp"
+#include "app/files/json_file.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/plan_json.hpp"
@@ -353,8 +357,17 @@ ExitCode run_show(const FileOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
+/// Of a mechanism that a stage file states; nothing for any other.
+std::optional<double> watch_of(const std::string& file) {
+  if (file.empty()) return std::nullopt;
+  const JsonFile json = read_json(file);
+  if (!Fields(json).has("controller")) return std::nullopt;
+  return device::read_stage(file).galil.watch_host_s;
+}
+
 ExitCode run_check(const FileOptions& options, Context& context) {
   const Plan plan = plan_of(options.file);
+  const std::optional<double> watch_s = watch_of(options.mechanism);
   const Mechanism mechanism = mechanism_of(options.mechanism);
   const auto violations = check(plan, mechanism, options.check);
   std::optional<PlanDesign> design;
@@ -371,6 +384,7 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                    {"safe", violations.empty()},
                    {"mechanism", options.mechanism.empty() ? Json() : Json(options.mechanism)},
                    {"violations", violations_json(violations)}};
+    if (watch_s) fields["watch_host_s"] = *watch_s;
     if (design) fields["identifiability"] = design_json(*design);
     context.print("plan-check", fields);
   } else {
@@ -383,6 +397,7 @@ ExitCode run_check(const FileOptions& options, Context& context) {
     if (options.mechanism.empty()) {
       text += "\non the paper's 3-PRR, which was assumed: no --mechanism is given";
     }
+    if (watch_s) text += "\n" + device::watch_text(*watch_s);
     context.print(design ? design_text(*design) + text : text);
   }
   if (options.mechanism.empty()) {  // safe on a robot that may not be there

@@ -81,6 +81,11 @@ ExitCode report(const session::Outcome& outcome, const std::string& verb, const 
   return code;
 }
 
+void say_dry(const session::Outcome& outcome, const Context& context) {
+  context.say("dry run: nothing is stored and nothing moves");
+  if (outcome.watch_host_s) context.say(device::watch_text(*outcome.watch_host_s));
+}
+
 void say_duration(const session::Outcome& outcome, const Context& context) {
   if (outcome.refused()) return;
   context.say(fmt::format("{} points, estimated {} (h:mm:ss)", outcome.n_points - outcome.n_before,
@@ -122,7 +127,7 @@ ExitCode run_run(const RunOptions& options, Context& context) {
   if (options.dry_run) {
     const session::Outcome outcome =
         session::dry_run(request, dry_correction(options, request.plan, context));
-    context.say("dry run: nothing is stored and nothing moves");
+    say_dry(outcome, context);
     say_duration(outcome, context);
     return report(outcome, "run", request.session, context);
   }
@@ -188,8 +193,8 @@ ExitCode run_resume(const NamedOptions& options, Context& context) {
       store::open(context.db(), options.dry_run ? store::Access::read_only : store::Access::write);
   const std::string name = session_to_resume(db, options);
   if (options.dry_run) {
-    context.say("dry run: nothing is stored and nothing moves");
     const session::Outcome outcome = session::dry_resume(db, options.campaign, name);
+    say_dry(outcome, context);
     say_duration(outcome, context);
     return report(outcome, "resume", name, context);
   }

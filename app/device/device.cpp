@@ -1,5 +1,7 @@
 #include "app/device/device.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 
 namespace trammel::device {
@@ -8,6 +10,18 @@ const char* name_of(Status status) {
   constexpr std::array<const char*, 7> kNames = {"ok",    "beam broken",     "timeout", "unstable",
                                                  "limit", "following error", "fault"};
   return kNames[static_cast<std::size_t>(status)];
+}
+
+std::string watch_text(double watch_host_s) {
+  if (watch_host_s > 0) {
+    return fmt::format(
+        "the controller watches this program: killed, crashed or cut off, it leaves rails that the "
+        "controller stops within {:g} s",
+        watch_host_s);
+  }
+  return "the controller does not watch this program: killed, crashed or cut off, it leaves rails "
+         "that go on to the end of their move (\"watch_host_s\" of the stage's \"controller\" "
+         "loads a program that stops them)";
 }
 
 bool may_retry(Status status) {

@@ -28,6 +28,10 @@ enum class Status {
 /// "ok", "beam broken", …
 const char* name_of(Status status);
 
+/// Whether the controller of a stage stops the rails by itself when this program is gone: within so
+/// many seconds, or, 0, not at all.
+std::string watch_text(double watch_host_s);
+
 /// Trying again may help: beam_broken, timeout, unstable. Never after a limit or a fault.
 bool may_retry(Status status);
 
@@ -133,7 +137,8 @@ struct Devices {
   bool virtual_time = false;    // time is the plan's own: nothing changes by waiting
   std::string identity = {};    // changes when the devices are not those a session began with
   std::string controller = {};  // "host:port" of what moves a real stage: one runner at a time
-  Mechanism mechanism = {};     // what the controller believes
+  std::optional<double> watch_host_s = {};  // as watch_text says; nothing: no controller
+  Mechanism mechanism = {};                 // what the controller believes
   Motion motion = {};
   std::optional<TrackerSigma> sigma = {};
   std::unique_ptr<Stage> stage;

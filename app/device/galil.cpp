@@ -17,6 +17,9 @@ namespace {
 
 constexpr int kLinkTries = 3;    // to reach the controller again after a lost answer
 constexpr int kAtCommanded = 1;  // stop code
+constexpr const char* kNotFed =
+    "; the controller has not heard from this program for too long and has stopped the rails "
+    "itself, or its watch was ended: home again";
 
 Status asked(const Watch& watch) { return watch ? watch() : Status::ok; }
 
@@ -91,15 +94,17 @@ StageReport GalilStage::halt(StageReport why, bool lost) {
         homed_ = false;
         return {Status::fault, why.detail + "; and the rails do not stop: use the emergency stop"};
       }
+      const bool watched = is_watched();
       if (homed_ && !remembers_set_up()) {
         homed_ = false;
-        if (may_retry(why.status) || why.ok()) {
+        if (watched && (may_retry(why.status) || why.ok())) {
           why = {Status::fault,
                  why.detail +
                      "; the controller has lost its set-up (a reset, power, or a servo "
                      "that is off): home again"};
         }
       }
+      if (!watched) why = {Status::fault, why.detail + kNotFed};
       const bool counts_hold = homed_;
       why.encoder_mm = ask_displacements(*wire_, settings_.axes, "TP");
       why.commanded_mm = ask_displacements(*wire_, settings_.axes, "RP");
@@ -126,7 +131,12 @@ StageReport GalilStage::halt(StageReport why, bool lost) {
 
 void GalilStage::motors_off() {
   for (const GalilAxis& axis : settings_.axes) wire_->command(std::string("MO") + axis.letter);
+  if (watch_) GalilHostWatch::end(*wire_);
+  watch_.reset();
 }
+
+/// True too where nobody has asked for it.
+bool GalilStage::is_watched() { return !watch_ || GalilHostWatch::runs(*wire_); }
 
 StageReport GalilStage::stop() {
   const std::unique_lock free(busy_, std::try_to_lock);
@@ -180,6 +190,7 @@ StageReport GalilStage::travel(const Displacements& to_mm, const Watch& watch) {
     return {status, std::string("not begun: ") + name_of(status)};
   }
   if (!moving.empty()) {
+    if (!is_watched()) return {Status::fault, std::string("not begun") + kNotFed};
     start(plan);
     wire_->command("BG" + moving);
     StageReport report = follow(moving, plan.time_s + settings_.margin_s, kAtCommanded, watch);

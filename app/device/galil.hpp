@@ -12,6 +12,7 @@
 
 #include "app/device/device.hpp"
 #include "app/device/galil_settings.hpp"
+#include "app/device/galil_watch.hpp"
 #include "app/device/galil_wire.hpp"
 
 namespace trammel::device {
@@ -21,7 +22,8 @@ namespace trammel::device {
 /// the rails stand; it is `timeout`, and `fault` when nothing answers or the controller has
 /// forgotten its set-up (then it must be homed again). Every way out of a move that failed sends
 /// ST (AB where that is refused) and waits until the rails rest; servos are switched off after a
-/// fault or a following error, and when the stage is destroyed. One thread at a time; stop() from
+/// fault or a following error, and when the stage is destroyed. With `watch_host_s` the controller
+/// watches this program from homing on. One thread at a time; stop() from
 /// another thread stops over a connection of its own.
 /// Proof: galil_test.cpp.
 class GalilStage : public Stage {
@@ -45,6 +47,8 @@ class GalilStage : public Stage {
   void motors_off();
 
   void set_up_axes();
+  void watch_host();
+  [[nodiscard]] bool is_watched();
   StageReport find_switches();
   void set_soft_limits();
   [[nodiscard]] bool remembers_set_up();
@@ -58,6 +62,8 @@ class GalilStage : public Stage {
 
   GalilSettings settings_;
   std::unique_ptr<GalilWire> wire_;
+  std::unique_ptr<GalilHostWatch>
+      watch_;        // where it is asked for: from homing until servos are off
   std::mutex busy_;  // one call at a time, but for stop()
   std::string identity_;
   std::atomic<bool> homed_ = false;

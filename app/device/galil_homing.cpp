@@ -72,7 +72,19 @@ void GalilStage::set_up_axes() {
   }
 }
 
+/// Loaded anew each time: a controller that was reset has none.
+void GalilStage::watch_host() {
+  if (settings_.watch_host_s == 0) return;
+  watch_.reset();
+  watch_ = std::make_unique<GalilHostWatch>(*wire_, settings_);
+}
+
 StageReport GalilStage::find_switches() {
+  // Of a program before this one, that was killed while they moved.
+  if (look_at(*wire_, settings_.axes).any_moves() && !bring_to_rest(*wire_, settings_)) {
+    return {Status::fault, "the rails move and do not stop: use the emergency stop"};
+  }
+  watch_host();
   set_up_axes();
   const std::string all = letters_of(settings_.axes);
   for (std::size_t i = 0; i < kChains; ++i) {

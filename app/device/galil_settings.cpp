@@ -76,6 +76,11 @@ void validate_times(const GalilSettings& s) {
     require((t.value_s > 0 || (t.may_be_zero && t.value_s == 0)) && t.value_s <= 3600, t.field,
             "no usable time", "seconds, at most an hour");
   }
+  // Fed eight times within it: less leaves no room for a busy computer's tens of milliseconds.
+  constexpr double kLeastWatchS = 0.2, kMostWatchS = 60;
+  require(s.watch_host_s == 0 || (s.watch_host_s >= kLeastWatchS && s.watch_host_s <= kMostWatchS),
+          "controller.watch_host_s", "no usable time",
+          fmt::format("{} to {} s, or 0: no watch", kLeastWatchS, kMostWatchS));
   require(s.settle_timeout_s > s.settle_s, "motion.settle_timeout_s",
           "the wait ends before the stage could have settled");
 }

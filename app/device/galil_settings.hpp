@@ -13,6 +13,7 @@ struct GalilSettings {
   Endpoint controller;
   double connect_timeout_s = 5;
   double reply_timeout_s = 5;
+  double watch_host_s = 0;  // the controller stops when this program is gone for so long; 0: never
   Mechanism mechanism;
   std::array<GalilAxis, kChains> axes;
 

@@ -86,9 +86,23 @@ bool GalilWire::alive() {
 
 void GalilWire::send(const std::string& line) {
   TRAMMEL_ASSERT(line.size() + 1 <= kGalilLineBytes);
+  send_bytes(line + "\r");
+}
+
+void GalilWire::send_bytes(const std::string& bytes) {
   cutter_.feed(link_.pending());
   if (!cutter_.rest().empty()) nonsense("an answer that nobody asked for", cutter_.rest());
-  link_.send(line + "\r", in_s(reply_timeout_s_));
+  link_.send(bytes, in_s(reply_timeout_s_));
+}
+
+void GalilWire::download(const std::vector<std::string>& lines) {
+  std::string text = "DL\r";
+  for (const std::string& line : lines) text += line + "\r";
+  send_bytes(text + "\x1a\r");
+  const Deadline deadline = in_s(reply_timeout_s_);
+  for (int prompts = 0; prompts < 2; ++prompts) {
+    if (!receive("DL", deadline).accepted) nonsense("the controller takes no program", "?");
+  }
 }
 
 GalilReply GalilWire::receive(const std::string& line, Deadline deadline) {

@@ -55,6 +55,10 @@ class GalilWire {
   /// when the outcome is unknown.
   std::string command(const std::string& line);
 
+  /// Puts a program in the place of the one in the controller's memory (DL … ^Z) [K, the two
+  /// prompts of its end S]. Throws as command().
+  void download(const std::vector<std::string>& lines);
+
   /// Asks several questions at once ("TPA;TPB"), none of which a controller refuses: one answer
   /// each. A refusal is a LinkError: how the rest of such a line is answered is not documented.
   std::vector<std::string> ask(const std::string& line);
@@ -71,6 +75,7 @@ class GalilWire {
 
  private:
   void send(const std::string& line);
+  void send_bytes(const std::string& bytes);
   GalilReply receive(const std::string& line, Deadline deadline);
   [[noreturn]] void nonsense(const std::string& what, const std::string& got);
 

@@ -74,6 +74,7 @@ Devices open_galil(const std::string& file, const std::string& tracker_option) {
   devices.motion.speed_mm_s = stage.galil.speed_mm_s;
   devices.motion.following_mm = stage.galil.following_mm;
   devices.controller = stage.galil.controller.text();
+  devices.watch_host_s = stage.galil.watch_host_s;
   devices.sigma = tracker.sigma;
   devices.clock = real_clock({.mechanism = stage.galil.mechanism,
                               .speed_mm_s = stage.galil.speed_mm_s,

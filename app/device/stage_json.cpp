@@ -56,6 +56,7 @@ void read_controller(Fields fields, GalilSettings& s) {
   }
   s.connect_timeout_s = fields.number("connect_timeout_s", s.connect_timeout_s);
   s.reply_timeout_s = fields.number("reply_timeout_s", s.reply_timeout_s);
+  s.watch_host_s = fields.number("watch_host_s", s.watch_host_s);
   fields.done();
 }
 

@@ -57,16 +57,38 @@ class GalilConversation : public Conversation {
   std::vector<Answer> receive(std::string_view bytes) override {
     std::vector<Answer> answers;
     for (const LineReader::Line& line : reader_.add(bytes)) {
-      Answer answer{.bytes = line.too_long ? galil_.line_too_long() : galil_.line(line.text)};
+      if (line.too_long) download_.reset();  // such a program is not taken
+      const auto download = of_download(line.text);
+      if (download && download->empty()) continue;
+      Answer answer{.bytes = download        ? *download
+                             : line.too_long ? galil_.line_too_long()
+                                             : galil_.line(line.text)};
       answers.push_back(over_bad_line(faults_, line.text, std::move(answer)));
     }
     return answers;
   }
 
  private:
+  /// What a line of a download is answered, from DL to ^Z or a backslash: nothing before the end,
+  /// and then a prompt for each of the two [S: a MIDAS front end waits for "::"]. Nothing for a
+  /// line of no download. DL is refused while a program runs [K].
+  std::optional<std::string> of_download(const std::string& text) {
+    if (!download_) {
+      if (text != "DL" || galil_.programs.any_runs()) return std::nullopt;
+      download_.emplace();
+      return "";
+    }
+    const bool ends = text.ends_with('\x1a') || text.ends_with('\\');
+    download_->push_back(text.substr(0, text.size() - (ends ? 1 : 0)));
+    if (!ends) return "";
+    galil_.programs.load(*std::exchange(download_, {}));
+    return "::";
+  }
+
   Galil& galil_;
   Faults& faults_;
   int handle_;
+  std::optional<std::vector<std::string>> download_;
   LineReader reader_{'\r', kMaxLine};
 };
 

@@ -3,8 +3,10 @@
 // rails of the emulated robot. README.md says what is modelled and what is not.
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -64,6 +66,45 @@ struct Axis {
   bool ends_off = false;     // and whether the motor loses its power with it
 };
 
+class Galil;
+
+/// The program in the controller, and its threads. What it waits for (WT) is time of the wall,
+/// whatever the emulated world's --speedup: a program that watches its host has the host's time.
+/// Proof: tests/app/emulate/galil_program_test.cpp.
+class Programs {
+ public:
+  static constexpr int kThreads = 8;
+
+  explicit Programs(Galil& galil) : galil_(galil) {}
+
+  /// In the place of what was there before, as DL takes it.
+  void load(const std::vector<std::string>& lines);
+  /// At the label ("#HOST"), at the beginning without one. Refused: 10, 11.
+  void start(std::string_view label, int thread);
+  void halt(int thread) { threads_.at(static_cast<std::size_t>(thread)).next.reset(); }
+  /// The statement that comes next; -1: the thread does not run.
+  [[nodiscard]] int place(int thread) const;
+  [[nodiscard]] bool any_runs() const;
+
+  /// Carries out what is due; of the server's `meanwhile`. Seconds until something is again,
+  /// nothing where nothing runs.
+  std::optional<double> work();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Thread {
+    std::optional<std::size_t> next;  // of the statements
+    Clock::time_point due = {};
+  };
+  void step(Thread& thread);
+  [[nodiscard]] std::size_t labelled(std::string_view label) const;
+  [[nodiscard]] bool holds(std::string_view condition);
+
+  Galil& galil_;
+  std::vector<std::string> statements_;
+  std::array<Thread, kThreads> threads_;
+};
+
 /// The controller: one for all its connections. Used from one thread, its server's.
 class Galil {
  public:
@@ -98,6 +139,7 @@ class Galil {
   int unsolicited = 2;  // CW
   std::map<std::string, double, std::less<>> variables;
   std::map<std::string, std::vector<double>, std::less<>> arrays;
+  Programs programs{*this};
 
  private:
   struct Limit {

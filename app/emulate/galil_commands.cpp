@@ -293,8 +293,17 @@ std::string stop(Galil& galil, std::string_view arguments) {
   return "";
 }
 
+std::string halt_program(Galil& galil, std::string_view arguments) {
+  const int only = small_number(arguments, Programs::kThreads - 1, -1);
+  for (int k = 0; k < Programs::kThreads; ++k) {
+    if (only < 0 || k == only) galil.programs.halt(k);
+  }
+  return "";
+}
+
 std::string abort_motion(Galil& galil, std::string_view arguments) {
-  small_number(arguments, 1, 0);  // 1 keeps programs running: there are none
+  const bool spares_programs = small_number(arguments, 1, 0) == 1;
+  if (!spares_programs) halt_program(galil, "");
   galil.abort();
   return "";
 }
@@ -321,9 +330,19 @@ std::string mark_unsolicited(Galil& galil, std::string_view arguments) {
   if (arguments == "?") return values({static_cast<double>(galil.unsolicited)}, 0, ",");
   const int mode = small_number(arguments, 2, 2);
   if (mode == 0) throw Refused{6};
-  galil.unsolicited = mode;  // no program runs here, so nothing unsolicited is ever sent
+  galil.unsolicited = mode;  // what programs print is not sent
   return "";
 }
+
+/// "#HOST,1": the thread is 0 where none stands.
+std::string execute(Galil& galil, std::string_view arguments) {
+  const auto words = split(arguments, ',');
+  const int thread = words.size() < 2 ? 0 : small_number(words[1], Programs::kThreads - 1, 0);
+  galil.programs.start(words[0], thread);
+  return "";
+}
+
+std::string in_programs_alone(Galil&, std::string_view) { throw Refused{2}; }
 
 std::string close_handles(Galil&, std::string_view arguments) {
   if (arguments != "T=>-1") throw Refused{4};  // all UDP handles; there is none
@@ -353,7 +372,7 @@ struct Command {
   std::string (*run)(Galil&, std::string_view arguments);
 };
 
-constexpr std::array<Command, 19> kCommands = {{
+constexpr std::array<Command, 25> kCommands = {{
     {"BG", &begin},
     {"ST", &stop},
     {"AB", &abort_motion},
@@ -369,6 +388,12 @@ constexpr std::array<Command, 19> kCommands = {{
     {"DM", &dimension},
     {"ID", &identify},
     {"TH", [](Galil& g, std::string_view) { return g.handles_text(); }},
+    {"XQ", &execute},
+    {"HX", &halt_program},
+    {"WT", &in_programs_alone},
+    {"JP", &in_programs_alone},
+    {"AM", &in_programs_alone},
+    {"EN", &in_programs_alone},
     {"QR", [](Galil& g, std::string_view) { return data_record(g); }},
     {"QZ",
      [](Galil&, std::string_view) {
@@ -384,6 +409,7 @@ constexpr std::array<Command, 19> kCommands = {{
 double operand(Galil& galil, std::string_view name) {
   const std::string_view what = name.substr(0, 2);
   if (name.size() < 2 || name.size() > 3) throw Refused{4};
+  if (what == "XQ") return galil.programs.place(small_number(name.substr(2), 7, 0));
   const int axis = name.size() == 3 ? axis_of(name[2]) : 0;
   if (const Tell* tell = named(kOperands, what)) return tell->get(galil, axis);
   if (const Tell* tell = named(kTells, what)) return tell->get(galil, axis);

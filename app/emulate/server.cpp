@@ -129,8 +129,8 @@ void receive_some(Connection& c) {
 
 class Server::Loop {
  public:
-  Loop(int listener, int wake, std::size_t max_connections, Make make)
-      : listener_(listener), wake_(wake), max_(max_connections), make_(std::move(make)) {}
+  Loop(int listener, int wake, ServerOptions options, Make make)
+      : listener_(listener), wake_(wake), options_(std::move(options)), make_(std::move(make)) {}
   ~Loop() {
     for (const Connection& c : connections_) ::close(c.socket);
   }
@@ -164,6 +164,11 @@ class Server::Loop {
     for (const Connection& c : connections_) {
       if (!c.due.empty()) first = std::min(first, c.due.front().at);
     }
+    if (const auto next_s = options_.meanwhile ? options_.meanwhile() : std::nullopt) {
+      const auto wait =
+          std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(*next_s));
+      first = std::min(first, Steady::now() + wait);
+    }
     if (first == Steady::time_point::max()) return -1;
     const double ms = std::chrono::duration<double, std::milli>(first - Steady::now()).count();
     return static_cast<int>(std::clamp(std::ceil(ms), 0.0, 60'000.0));
@@ -184,7 +189,7 @@ class Server::Loop {
     const int socket = ::accept4(listener_, reinterpret_cast<sockaddr*>(&from), &size,
                                  SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (socket < 0) return;
-    if (connections_.size() >= max_) return refuse(socket);
+    if (connections_.size() >= options_.max_connections) return refuse(socket);
     const int yes = 1;
     ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
     char text[INET_ADDRSTRLEN] = {};
@@ -193,7 +198,7 @@ class Server::Loop {
   }
 
   int listener_, wake_;
-  std::size_t max_;
+  ServerOptions options_;
   Make make_;
   std::vector<Connection> connections_;
 };
@@ -201,9 +206,8 @@ class Server::Loop {
 Server::Server(const ServerOptions& options, Make make) : listener_(listen_on(options)) {
   port_ = port_of(listener_);
   wake_ = ::eventfd(0, EFD_CLOEXEC);
-  thread_ = std::thread([this, max = options.max_connections, made = std::move(make)] {
-    Loop(listener_, wake_, max, made).run();
-  });
+  thread_ = std::thread(
+      [this, options, made = std::move(make)] { Loop(listener_, wake_, options, made).run(); });
 }
 
 Server::~Server() {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -37,6 +38,9 @@ struct ServerOptions {
   std::string address = "127.0.0.1";
   int port = 0;  // 0: any that is free
   std::size_t max_connections = 8;
+  /// Called between packets, in the server's thread: what goes on without anybody asking. Seconds
+  /// until it must be called again; nothing where it need not be before the next packet.
+  std::function<std::optional<double>()> meanwhile = {};
 };
 
 /// Serves from its own thread, from construction to destruction. Conversations are made, used and

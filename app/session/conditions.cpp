@@ -59,10 +59,10 @@ Runner::Found Runner::look_at_conditions(const PlannedPoint& point, bool suspend
   ReferenceTolerance whole{.xy_mm = policy.drift_mm};
   if (stepped) whole.xy_mm = std::max(whole.xy_mm, ReferenceTolerance{}.xy_mm);
   whole = at_least_noise(whole);
-  const Visit visit =
-      visit_references(store::SetUp::as_before, {half * whole.xy_mm, half * whole.phi_rad}, point);
-  if (stepped && !visit.off.empty()) return {visit.failure, stepped_ + "; " + visit.off};
-  return {visit.failure, visit.off};
+  const Visit seen = visit(references(), store::SetUp::as_before,
+                           {half * whole.xy_mm, half * whole.phi_rad}, point);
+  if (stepped && !seen.off.empty()) return {seen.failure, stepped_ + "; " + seen.off};
+  return {seen.failure, seen.off};
 }
 
 /// The set-up is where it was: a step of the deviations was the robot's own.
@@ -107,9 +107,11 @@ void Runner::look_at_base_once_more() {
   if (found.failure.any()) {
     progress_->say("base nests after the last point: " + found.failure.words());
   } else if (!found.bad.empty()) {
-    fail(fmt::format("{} after the last point: the last {} points are in doubt, exclude them or "
-                     "measure them again; a resume takes the session as it is",
-                     found.bad, since),
+    fail(fmt::format(
+             "{} after the last point: the last {} points are in doubt; a resume measures the "
+             "last of them again, and is done where they are where they were or are "
+             "excluded",
+             found.bad, since),
          ExitCode::safety_stop);
   }
 }

@@ -145,15 +145,19 @@ Failure Runner::judge(const store::NewReading& stored) const {
   const Reading* near = nearest(measured_, target);
   Eigen::Vector3d off = deviation(stored.reading);
   double xy_mm = gate_.first_xy_mm, phi_rad = gate_.first_phi_rad;
+  const double least_mm = devices_->virtual_time ? kLashMm : 0;
+  const double least_rad = devices_->virtual_time ? kLashRad : 0;
   if (near != nullptr) {
     const Eigen::Vector3d shared = deviation(*near);
     if (!gate_.stated_xy) {
       off.head<2>() -= shared.head<2>();
-      xy_mm = std::min(gate_.xy_mm + kGateSlope * way_mm(near->target, target), kMostGateMm);
+      xy_mm = std::max(gate_.xy_mm, least_mm) + kGateSlope * way_mm(near->target, target);
+      xy_mm = std::min(xy_mm, kMostGateMm);
     }
     if (!gate_.stated_phi) {
       off[2] -= shared[2];
-      phi_rad = gate_.phi_rad + kGateSlope * std::abs(target.phi_rad - near->target.phi_rad);
+      phi_rad = std::max(gate_.phi_rad, least_rad) +
+                kGateSlope * std::abs(target.phi_rad - near->target.phi_rad);
     }
   }
   const char* where = near == nullptr ? "its target" : "where the points beside it are";

@@ -66,9 +66,9 @@ class Smallest {
 
 PoseGate pose_gate(const Policy& policy, const Plan& plan,
                    const std::optional<TrackerSigma>& sigma) {
-  constexpr double kShare = 0.4, kSixOfDifference = 6 * 1.41421356237309505, kLeastMm = 0.5,
-                   kFirstMm = 5, kRestMm = 0.1;
-  constexpr double kMostDeg = 2, kLeastDeg = 0.25, kFirstDeg = 3, kRestDeg = 0.05;
+  constexpr double kShare = 0.4, kSixOfDifference = 6 * 1.41421356237309505, kFirstMm = 5,
+                   kRestMm = 0.1;
+  constexpr double kMostDeg = 2, kFirstDeg = 3, kRestDeg = 0.05;
   Smallest way_mm(kRestMm, kMostGateMm / kShare), turn_deg(kRestDeg, kMostDeg / kShare);
   for (std::size_t k = 1; k < plan.points.size(); ++k) {
     const Pose &a = plan.points[k - 1].target, &b = plan.points[k].target;
@@ -80,10 +80,10 @@ PoseGate pose_gate(const Policy& policy, const Plan& plan,
   gate.stated_phi = policy.gate_deg.has_value();
   const double noise_mm = sigma ? kSixOfDifference * sigma->xy_mm : 0;
   const double noise_deg = sigma ? kSixOfDifference * deg_from_rad(sigma->phi_rad) : 0;
-  gate.xy_mm = policy.gate_mm.value_or(std::max({kShare * way_mm.value(), kLeastMm, noise_mm}));
+  gate.xy_mm = policy.gate_mm.value_or(std::max(kShare * way_mm.value(), noise_mm));
   gate.first_xy_mm = policy.gate_mm.value_or(std::max(gate.xy_mm, kFirstMm));
-  gate.phi_rad = rad_from_deg(
-      policy.gate_deg.value_or(std::max({kShare * turn_deg.value(), kLeastDeg, noise_deg})));
+  gate.phi_rad =
+      rad_from_deg(policy.gate_deg.value_or(std::max(kShare * turn_deg.value(), noise_deg)));
   gate.first_phi_rad = rad_from_deg(policy.gate_deg.value_or(std::max(kFirstDeg, noise_deg)));
   return gate;
 }

@@ -7,6 +7,7 @@
 
 #include "app/device/device.hpp"
 #include "core/plan/plan.hpp"
+#include "core/units.hpp"
 
 namespace trammel::session {
 
@@ -41,13 +42,17 @@ struct Policy {
 ///
 /// As stated (`gate_mm`, `gate_deg`), from the target; else, from the target plus the deviation of
 /// the stored point nearest to it, which a robot not yet calibrated shares,
-///   0.4 s + 0.02 d,   s the smallest way between neighbours in the plan, 0.5 mm at least;
-///                     d the distance of that point
-///   0.4 t + 0.02 |turn to it|,  t the smallest turn between neighbours, 0.25 to 2 deg
+///   0.4 s + 0.02 d,   s the smallest way between neighbours in the plan; d the distance of that
+///                     point
+///   0.4 t + 0.02 |turn to it|,  t the smallest turn between neighbours, 2 deg at most
 /// and for the first point 5 mm (0.4 s where that is more) and 3 deg. Never more than 20 mm, never
-/// less than six sigma of a difference. Proof: pose_gate_test.cpp.
+/// less than six sigma of a difference. A simulated tracker sees no other pose than it is asked
+/// for: there 0.4 s and 0.4 t are no less than kLashMm and kLashRad, which a robot's lash may need
+/// where steps are small. Proof: tests/app/session/pose_gate_test.cpp.
 inline constexpr double kGateSlope = 0.02;  // mm per mm of distance, rad per rad of turn
 inline constexpr double kMostGateMm = 20;
+inline constexpr double kLashMm = 0.5;
+inline constexpr double kLashRad = rad_from_deg(0.25);
 struct PoseGate {
   double xy_mm = 0;
   double phi_rad = 0;

@@ -141,6 +141,7 @@ Outcome Runner::walk_on(bool resuming, bool new_set_up) {
   n_before_ = static_cast<int>(stood_.size());
   progress_.emplace(surroundings_.quiet, surroundings_.terminal, n_before_,
                     static_cast<int>(course_.plan.points.size()));
+  if (devices_->watch_host_s) progress_->say(device::watch_text(*devices_->watch_host_s));
   while (set_up(resuming, new_set_up)) {
     advance(Event::set_up);
     store::checkpoint(connection_);  // the plan
@@ -159,9 +160,10 @@ Outcome Runner::walk_on(bool resuming, bool new_set_up) {
 }
 
 void Runner::measure_open(bool resuming) {
-  note(resuming ? "resumed" : "started",
-       fmt::format("epoch {}, {} of {} points left", epoch_.number, open_.size(),
-                   course_.plan.points.size()));
+  std::string begins = fmt::format("epoch {}, {} of {} points left", epoch_.number, open_.size(),
+                                   course_.plan.points.size());
+  if (devices_->watch_host_s) begins += "; " + device::watch_text(*devices_->watch_host_s);
+  note(resuming ? "resumed" : "started", begins);
   for (const PlannedPoint& point : open_) {
     const Wish wish = wishes_.now();
     if (wish >= Wish::stop) return advance(Event::stop_asked);

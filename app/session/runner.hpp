@@ -97,8 +97,12 @@ class Runner {
 
   // set_up.cpp: homing, epochs, reference points
   [[nodiscard]] bool set_up(bool resuming, bool new_set_up);
-  Visit visit_references(store::SetUp set_up, const ReferenceTolerance& tolerance,
-                         const PlannedPoint& next);
+  [[nodiscard]] std::vector<PlannedPoint> references() const;
+  [[nodiscard]] std::vector<PlannedPoint> points_in_doubt() const;
+  [[nodiscard]] bool look_at(const std::vector<PlannedPoint>& points, const PlannedPoint& next,
+                             const ReferenceTolerance& tolerance, const char* if_moved);
+  Visit visit(const std::vector<PlannedPoint>& points, store::SetUp set_up,
+              const ReferenceTolerance& tolerance, const PlannedPoint& next);
   Failure revisit(const store::StoredReading& before, const device::Occasion& occasion,
                   store::NewReading& again);
   [[nodiscard]] ReferenceTolerance at_least_noise(ReferenceTolerance tolerance) const;

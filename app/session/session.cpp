@@ -186,6 +186,7 @@ Outcome check_whole(const Request& request, device::Devices& devices, const Corr
   const CheckOptions options = check_for(request.check, devices.motion);
   Outcome outcome;
   outcome.n_points = static_cast<int>(request.plan.points.size());
+  outcome.watch_host_s = devices.watch_host_s;
   outcome.violations = check(request.plan, devices.mechanism, options);
   if (outcome.violations.empty()) {
     commands = planned_commands(request.plan, devices.mechanism, correction);
@@ -263,7 +264,8 @@ Outcome checked_again(const Course& course, const device::Devices& devices) {
   Outcome outcome{.state = State::planned,
                   .session_id = row.id,
                   .n_points = row.n_points,
-                  .n_before = row.n_ok};
+                  .n_before = row.n_ok,
+                  .watch_host_s = devices.watch_host_s};
   outcome.violations = check(course.plan, devices.mechanism,
                              check_for(course.settings.check, devices.motion), course.planned_mm);
   outcome.state =

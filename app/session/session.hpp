@@ -61,6 +61,7 @@ struct Outcome {
   std::vector<std::string> missing = {};   // the same: what a real stage asks for and has not got
   double estimated_s = 0;                  // of the points that are left, before the start
   std::string plan_sha256 = {};
+  std::optional<double> watch_host_s = {};  // device::watch_text; nothing: no controller
 
   [[nodiscard]] bool refused() const { return !violations.empty() || !missing.empty(); }
   /// 0 done, 6 refused or unsafe, 7 a device, 8 the database, 130 stopped.

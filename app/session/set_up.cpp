@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
+#include "app/session/base_check.hpp"
 #include "app/session/runner.hpp"
 #include "core/plan/check.hpp"
 #include "core/units.hpp"
@@ -13,22 +15,10 @@ namespace trammel::session {
 
 namespace {
 
-constexpr int kReferences = 3;
+constexpr std::size_t kReferences = 3;
 constexpr std::uint64_t kReferenceReadings = 1'000'000'000'000'000;  // beyond those of any session
 constexpr std::uint64_t kReadingsPerEpoch = 1'000'000;
 constexpr std::uint64_t kReadingsPerVisit = 1'000;
-
-/// The stored points to visit again: those the plan marks, else the first ones.
-std::vector<PlannedPoint> references_of(const Plan& plan,
-                                        const std::map<int, store::StoredReading>& measured) {
-  std::vector<PlannedPoint> marked, first;
-  for (const PlannedPoint& point : plan.points) {
-    if (!measured.contains(point.seq)) continue;
-    if (point.reference) marked.push_back(point);
-    if (first.size() < kReferences) first.push_back(point);
-  }
-  return marked.empty() ? first : marked;
-}
 
 store::NewSession reference_session(const Course& course, store::Connection& connection,
                                     const std::vector<PlannedPoint>& points) {
@@ -79,6 +69,43 @@ ReferenceTolerance Runner::at_least_noise(ReferenceTolerance tolerance) const {
           std::max(tolerance.phi_rad, six_of_difference * devices_->sigma->phi_rad)};
 }
 
+/// The stored points to visit again: those the plan marks, else the first ones.
+std::vector<PlannedPoint> Runner::references() const {
+  std::vector<PlannedPoint> marked, first;
+  for (const PlannedPoint& point : course_.plan.points) {
+    if (!measured_.contains(point.seq)) continue;
+    if (point.reference) marked.push_back(point);
+    if (first.size() < kReferences) first.push_back(point);
+  }
+  return marked.empty() ? first : marked;
+}
+
+/// Where the last look at the base nests has found them moved: the last points that were measured
+/// since the look before, but those that are excluded.
+std::vector<PlannedPoint> Runner::points_in_doubt() const {
+  bool off = false;
+  int trusted = 0;  // points
+  for (const store::Event& event : store::events(connection_, course_.session.id)) {
+    if (event.kind != kBaseEvent) continue;
+    const std::optional<BaseCheck> check = read_base_check(event.detail);
+    if (!check) continue;
+    off = check->off;
+    if (!off) trusted = check->after;
+  }
+  std::set<int> excluded;
+  for (const store::Exclusion& e : store::exclusions(connection_, course_.campaign.id)) {
+    excluded.insert(e.seq);
+  }
+  std::vector<PlannedPoint> points;
+  for (auto k = static_cast<std::size_t>(trusted); off && k < course_.plan.points.size(); ++k) {
+    const auto stored = measured_.find(course_.plan.points[k].seq);
+    if (stored == measured_.end() || excluded.contains(stored->second.data.reading.seq)) continue;
+    points.push_back(course_.plan.points[k]);
+  }
+  if (points.size() > kReferences) points.erase(points.begin(), points.end() - kReferences);
+  return points;
+}
+
 /// By the move it was measured after the first time.
 Failure Runner::revisit(const store::StoredReading& before, const device::Occasion& occasion,
                         store::NewReading& again) {
@@ -94,11 +121,10 @@ Failure Runner::revisit(const store::StoredReading& before, const device::Occasi
 }
 
 /// In a session of their own, each tried as a point is. `next`: where the stage goes after them.
-Runner::Visit Runner::visit_references(store::SetUp set_up, const ReferenceTolerance& tolerance,
-                                       const PlannedPoint& next) {
-  const std::vector<PlannedPoint> points = references_of(course_.plan, measured_);
-  const store::NewSession visit = reference_session(course_, connection_, points);
-  const store::Id session = store::create_session(connection_, visit);
+Runner::Visit Runner::visit(const std::vector<PlannedPoint>& points, store::SetUp set_up,
+                            const ReferenceTolerance& tolerance, const PlannedPoint& next) {
+  const store::NewSession visits = reference_session(course_, connection_, points);
+  const store::Id session = store::create_session(connection_, visits);
   const store::Epoch epoch = store::open_epoch(connection_, session, set_up,
                                                "reference points of " + course_.session.name);
   Visit found{.failure = {}, .off = {}, .epoch = epoch.number};
@@ -128,7 +154,7 @@ Runner::Visit Runner::visit_references(store::SetUp set_up, const ReferenceToler
     store::NewReading again;
     found.failure =
         try_hard({.session = session,
-                  .session_name = visit.name,
+                  .session_name = visits.name,
                   .seq = seq,
                   .epoch = epoch,
                   .walks = false,
@@ -172,22 +198,35 @@ bool Runner::set_up(bool resuming, bool new_set_up) {
                                new_set_up ? "first homing of the set-up" : "set-up as before");
     return true;
   }
-  if (open_.empty() || measured_.empty()) {
-    epoch_ = store::open_epoch(connection_, id, store::SetUp::fresh, "resume");
-    return true;
+  if (!open_.empty() && !measured_.empty()) {
+    return look_at(references(), open_.front(), {}, "the set-up has moved");
   }
-  const Visit visit =
-      visit_references(store::SetUp::fresh, at_least_noise(ReferenceTolerance{}), open_.front());
-  if (visit.failure.any()) {
-    end_with(visit.failure, "resume");
+  const std::vector<PlannedPoint> doubtful = points_in_doubt();
+  if (!doubtful.empty()) {
+    return look_at(doubtful, course_.plan.points.back(),
+                   {.xy_mm = course_.settings.policy.drift_mm},
+                   "the points measured under a tracker that had moved are not where they were "
+                   "measured: exclude them (`trammel reading exclude`), then resume");
+  }
+  epoch_ = store::open_epoch(connection_, id, store::SetUp::fresh, "resume");
+  return true;
+}
+
+/// In a new set-up. True: they are where they were, and its epoch is open.
+bool Runner::look_at(const std::vector<PlannedPoint>& points, const PlannedPoint& next,
+                     const ReferenceTolerance& tolerance, const char* if_moved) {
+  const Visit found = visit(points, store::SetUp::fresh, at_least_noise(tolerance), next);
+  if (found.failure.any()) {
+    end_with(found.failure, "resume");
     return false;
   }
-  if (!visit.off.empty()) {
-    fail("the set-up has moved: " + visit.off, ExitCode::safety_stop);
+  if (!found.off.empty()) {
+    fail(fmt::format("{}: {}", if_moved, found.off), ExitCode::safety_stop);
     return false;
   }
-  epoch_.id = store::add_epoch(connection_, id, visit.epoch, store::kReferencesHold);
-  epoch_.number = visit.epoch;
+  epoch_.id =
+      store::add_epoch(connection_, course_.session.id, found.epoch, store::kReferencesHold);
+  epoch_.number = found.epoch;
   return true;
 }
 

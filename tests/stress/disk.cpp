@@ -1,7 +1,11 @@
 #include "tests/stress/disk.hpp"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <stdexcept>
 
 namespace trammel::test {
@@ -153,6 +157,26 @@ int remove_file(sqlite3_vfs*, const char* name, int sync_folder) {
   return code != SQLITE_OK ? code : real_vfs->xDelete(real_vfs, name, sync_folder);
 }
 
+// SQLite opens a folder for one purpose: to sync it.
+using OpenFolder = int (*)(const char* file, int* descriptor);
+OpenFolder real_open_folder = nullptr;
+
+int open_folder(const char* file, int* descriptor) {
+  const int code = ask(Kind::names, file);
+  return code != SQLITE_OK ? code : real_open_folder(file, descriptor);
+}
+
+void set_open_folder(OpenFolder how) {
+  real_vfs->xSetSystemCall(real_vfs, "openDirectory", reinterpret_cast<sqlite3_syscall_ptr>(how));
+}
+
+std::string path_of(int descriptor) {
+  std::error_code error;
+  return std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(descriptor), error);
+}
+
+bool is_watched(const std::string& path) { return hook_now && path.ends_with(".unsaved.jsonl"); }
+
 // Memory: SQLite's own allocator behind a count.
 sqlite3_mem_methods own_memory;
 std::int64_t n_asked = 0, fails_at = 0;
@@ -187,9 +211,14 @@ WatchedDisk::WatchedDisk(DiskHook hook) {
   watched.xOpen = open_file;
   watched.xDelete = remove_file;
   sqlite3_vfs_register(&watched, 1);
+  real_open_folder =
+      reinterpret_cast<OpenFolder>(real_vfs->xGetSystemCall(real_vfs, "openDirectory"));
+  set_open_folder(&open_folder);
 }
 
 WatchedDisk::~WatchedDisk() {
+  set_open_folder(real_open_folder);
+  hook_now = {};
   sqlite3_vfs_unregister(&watched);
   sqlite3_vfs_register(real_vfs, 1);
 }
@@ -220,3 +249,35 @@ ScarceMemory::~ScarceMemory() {
 std::int64_t ScarceMemory::asked() { return n_asked; }
 
 }  // namespace trammel::test
+
+// The side file is written without SQLite: calls of write and fsync from our own code come here
+// (the linker's --wrap, CMakeLists.txt).
+extern "C" {
+ssize_t __real_write(int descriptor, const void* from, size_t n);
+int __real_fsync(int descriptor);
+
+ssize_t __wrap_write(int descriptor, const void* from, size_t n) {
+  using namespace trammel::test;
+  struct stat before {};
+  if (hook_now) ::fstat(descriptor, &before);
+  const ssize_t written = __real_write(descriptor, from, n);
+  if (!hook_now || written <= 0) return written;
+  if (const std::string path = path_of(descriptor); is_watched(path)) {
+    hook_now({DiskOperation::Kind::write, path, before.st_size,
+              std::string(static_cast<const char*>(from), static_cast<std::size_t>(written))});
+  }
+  return written;
+}
+
+int __wrap_fsync(int descriptor) {
+  using namespace trammel::test;
+  const int code = __real_fsync(descriptor);
+  if (!hook_now || code != 0) return code;
+  const std::string path = path_of(descriptor);
+  if (is_watched(path)) hook_now({DiskOperation::Kind::sync, path});
+  if (std::filesystem::is_directory(path)) {
+    hook_now({DiskOperation::Kind::names, path + "/."});
+  }
+  return code;
+}
+}

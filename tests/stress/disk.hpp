@@ -8,15 +8,15 @@
 namespace trammel::test {
 
 struct DiskOperation {
-  enum class Kind { open, read, write, truncate, sync, remove, map, lock };
-  Kind kind = Kind::write;
+  enum class Kind { open, read, write, truncate, sync, names, remove, map, lock };
+  Kind kind = Kind::write;  // names: the folder of `file` is synced, what it holds by which name
   std::string file;         // full path
   std::int64_t offset = 0;  // of a write; the new size of a truncate
   std::string bytes = {};   // of a write
 };
 
-/// Asked before each operation. SQLITE_OK lets it through to the real disk; any other code is what
-/// SQLite gets in its place.
+/// Asked before each operation of SQLite, and after each write and sync of a side file. SQLITE_OK
+/// lets it through to the real disk; any other code is what SQLite gets in its place.
 using DiskHook = std::function<int(const DiskOperation&)>;
 
 /// While it lives, every database opened in this process is on the watched disk; one at a time.

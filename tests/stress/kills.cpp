@@ -7,16 +7,20 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
+#include "app/files/plan_json.hpp"
 #include "core/statistics/random.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "store/session.hpp"
 #include "store/verify.hpp"
+#include "tests/app/session/socket_campaign.hpp"
+#include "tests/stress/soak.hpp"
 #include "tests/support/paths.hpp"
 
 namespace trammel::test {
@@ -39,15 +43,15 @@ struct Life {
 };
 
 /// The last k of "] k/80" in what the program drew.
-int last_told(const std::string& text) {
-  const std::string of = "/" + std::to_string(kPoints) + ",";
+int last_told(const std::string& text, int n_points) {
+  const std::string of = "/" + std::to_string(n_points) + ",";
   const auto slash = text.rfind(of);
   if (slash == text.npos) return 0;
   const auto begin = text.find_last_not_of("0123456789", slash - 1);
   return std::stoi(text.substr(begin + 1, slash - begin - 1));
 }
 
-Life live(const std::vector<std::string>& words, double patience_s) {
+Life live(const std::vector<std::string>& words, double patience_s, int n_points = kPoints) {
   std::string program = tests::build_folder() + "/trammel";
   std::vector<char*> arguments = {program.data()};
   std::vector<std::string> copies = words;
@@ -78,7 +82,7 @@ Life live(const std::vector<std::string>& words, double patience_s) {
   waitpid(child, &status, 0);
   return {.killed = WIFSIGNALED(status),
           .exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1,
-          .told = last_told(text)};
+          .told = last_told(text, n_points)};
 }
 
 struct State {
@@ -87,14 +91,14 @@ struct State {
   std::map<int, std::vector<Reading>> by_point;
 };
 
-State state_of(const std::string& file) {
+State state_of(const std::string& file, const std::string& name = "paper-80") {
   State state;
   if (!std::filesystem::exists(file)) return state;
   // As the next program does: an unfinished creation is made anew.
   store::Connection db = store::open(file, store::Access::create);
   state.verifies = store::verify(db).ok();
   const auto campaign = store::find_campaign(db, "c");
-  const auto session = campaign ? store::find_session(db, campaign->id, "paper-80") : std::nullopt;
+  const auto session = campaign ? store::find_session(db, campaign->id, name) : std::nullopt;
   if (!session) return state;
   state.begun = true;
   std::map<store::Id, int> seq_of;
@@ -162,6 +166,78 @@ KillCount sweep_kills(const std::filesystem::path& folder, const KillOptions& op
       std::filesystem::remove(file + suffix, ignored);
     }
   }
+  return count;
+}
+
+KillCount sweep_socket_kills(const std::filesystem::path& folder, int points, int kills,
+                             std::uint64_t seed) {
+  const Plan plan = soak_plan(points);
+  tests::SocketCampaign over(plan, steady());
+  const std::string file = folder / "sockets.db";
+  const std::vector<std::string> run = {
+      "session",
+      "run",
+      "c",
+      "--db",
+      file,
+      "--session",
+      "s",
+      "--plan",
+      over.folder.write("plan.json", plan_json(plan).dump()).string(),
+      "--plan-check",
+      over.request.plan_check,
+      "--stage",
+      over.request.stage,
+      "--tracker",
+      over.request.tracker};
+  const std::vector<std::string> resume = {"session", "resume",    "c", "--db",
+                                           file,      "--session", "s"};
+  const double longest_s = 0.3 + points / 500.0;  // the set-up, and a share of the points
+  Random random(seed);
+  KillCount count{.campaigns = 1};
+  const auto problem = [&count](const std::string& what) {
+    if (count.first_problem.empty()) count.first_problem = what;
+  };
+  State now;
+  for (;;) {
+    const double patience_s = count.kills < kills ? random.uniform(0.05, longest_s) : 0;
+    const Life life = live(now.begun ? resume : run, patience_s, points);
+    now = state_of(file, "s");
+    if (!now.verifies) {
+      ++count.corrupt;
+      problem("does not verify");
+    }
+    if (static_cast<int>(now.by_point.size()) < life.told) {
+      ++count.lost;
+      problem(std::to_string(life.told) + " told, " + std::to_string(now.by_point.size()) +
+              " there");
+    }
+    if (life.exit_code == 0) break;
+    if (!life.killed) {
+      problem("exit " + std::to_string(life.exit_code));
+      ++count.corrupt;
+      break;
+    }
+    ++count.kills;
+    count.with_points += life.told > 0 ? 1 : 0;
+  }
+  const auto& robot = over.lab.robot.robot();
+  for (const auto& [seq, readings] : now.by_point) {
+    count.repeated += readings.size() == 1 ? 0 : 1;
+    const Reading& reading = readings.front();
+    const ForwardResult truly = robot.seen_pose({.cmd_mm = reading.conditions.cmd_mm,
+                                                 .from_mm = reading.conditions.from_mm,
+                                                 .epoch = 1,
+                                                 .time_s = 0,
+                                                 .temp_degc = {}});
+    const Eigen::Vector3d off = reading.measured->vector() - truly.pose.vector();
+    if (off.head<2>().norm() < tests::kSeenMm && std::abs(off[2]) < tests::kSeenRad) continue;
+    ++count.different;
+    problem("point " + std::to_string(seq) + ": " + std::to_string(off.head<2>().norm()) +
+            " mm from where the platform was");
+  }
+  count.points = static_cast<int>(now.by_point.size());
+  if (count.points != points) problem("a point is missing");
   return count;
 }
 

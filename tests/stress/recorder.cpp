@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/session/side_file.hpp"
 #include "core/plan/build.hpp"
 #include "core/plan/grids.hpp"
 #include "store/campaign.hpp"
@@ -43,11 +44,13 @@ Recording record(const std::filesystem::path& file, int n_points,
     recording.acknowledged = outcome.n_stored;
     recording.reported = outcome.state != session::State::done;
     recording.error = outcome.detail;
+    recording.code = outcome.exit_code();
     if (at_question) at_question(recording.acknowledged);
   } catch (const Error& error) {
     recording.acknowledged = stored;
     recording.reported = true;
     recording.error = error.what();
+    recording.code = error.code();
   }
   return recording;
 }
@@ -63,6 +66,7 @@ Found look_at(const std::filesystem::path& file) {
     const auto campaign = store::find_campaign(db, "c");
     const auto session = campaign ? store::find_session(db, campaign->id, "s") : std::nullopt;
     if (!session) return found;
+    session::recover(db, *campaign);  // a line that is torn is none
     std::vector<int> seqs;
     for (const store::Attempt& a : store::attempts(db, session->id)) {
       if (a.status == "ok") seqs.push_back(a.point_seq);

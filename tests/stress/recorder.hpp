@@ -14,6 +14,7 @@ struct Recording {
   int acknowledged = 0;    // points of which the runner has said that they are stored
   bool reported = false;   // an error came out
   std::string error = {};  // what it said
+  ExitCode code = ExitCode::ok;
   session::State state = session::State::planned;
 };
 
@@ -30,7 +31,7 @@ Recording record(const std::filesystem::path& file, int n_points,
 struct Found {
   bool opens = false;     // for writing, log recovered
   bool verifies = false;  // every digest and count
-  int n_points = 0;       // stored as ok, from the plan's beginning
+  int n_points = 0;       // stored as ok, from the plan's beginning; with those kept aside
   std::string problem = {};
 };
 

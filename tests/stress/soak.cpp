@@ -19,25 +19,6 @@ using tests::SocketCampaign;
 
 constexpr int kMostLives = 1000;
 
-Plan soak_plan(int n_points) {
-  PlanRequest request{.name = "soak", .groups = {{"", paper_80()}}};
-  Plan plan;
-  for (request.repeats = 1; static_cast<int>(plan.points.size()) < n_points; ++request.repeats) {
-    plan = build_plan(request);
-  }
-  plan.points.resize(static_cast<std::size_t>(n_points));
-  return plan;
-}
-
-/// Nothing changes with the time: what is left between two runs is noise.
-tests::SocketOptions steady() {
-  tests::SocketOptions options;
-  options.truth.temperature.rise_k = 0;
-  options.base_nests = false;  // found anew in each life, its noise would be one for many readings
-  options.step_s = 0.05;
-  return options;
-}
-
 struct Kind {
   Emulated where;
   FaultKind kind;
@@ -146,6 +127,24 @@ void compare(const LsqResult& found, const LsqResult& expected, SoakCount& count
 }
 
 }  // namespace
+
+Plan soak_plan(int n_points) {
+  PlanRequest request{.name = "soak", .groups = {{"", paper_80()}}};
+  Plan plan;
+  for (request.repeats = 1; static_cast<int>(plan.points.size()) < n_points; ++request.repeats) {
+    plan = build_plan(request);
+  }
+  plan.points.resize(static_cast<std::size_t>(n_points));
+  return plan;
+}
+
+tests::SocketOptions steady() {
+  tests::SocketOptions options;
+  options.truth.temperature.rise_k = 0;
+  options.base_nests = false;  // found anew in each life, its noise would be one for many readings
+  options.step_s = 0.05;
+  return options;
+}
 
 WireCount sweep_wires(FaultKind kind, std::uint64_t stride) {
   Plan plan = tests::small_plan();

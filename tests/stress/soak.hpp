@@ -6,8 +6,15 @@
 #include <string>
 
 #include "app/emulate/faults.hpp"
+#include "core/plan/plan.hpp"
+#include "tests/app/session/socket_campaign.hpp"
 
 namespace trammel::test {
+
+/// The paper's 80 points again and again.
+Plan soak_plan(int n_points);
+/// Nothing changes with the time: what is left between two runs is noise.
+tests::SocketOptions steady();
 
 struct SoakOptions {
   int n_points = 2000;  // 80 or more

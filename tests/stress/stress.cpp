@@ -7,6 +7,7 @@
 
 #include "store/job.hpp"
 #include "tests/store/fixtures.hpp"
+#include "tests/stress/bench.hpp"
 #include "tests/stress/byte_sweep.hpp"
 #include "tests/stress/faults.hpp"
 #include "tests/stress/kills.hpp"
@@ -18,6 +19,7 @@ namespace trammel::test {
 
 namespace {
 
+constexpr std::uint64_t kSeed = 20240501;
 int n_missed = 0;
 
 void row(const std::string& figure, const std::string& demand, const std::string& measured,
@@ -28,12 +30,12 @@ void row(const std::string& figure, const std::string& demand, const std::string
   n_missed += reached ? 0 : 1;
 }
 
-void power_rows(const TempFolder& folder) {
+void power_rows(const TempFolder& folder, bool whole) {
   const auto text = [](const PowerLossCount& c) {
     return fmt::format(
-        "{} images of {} operations: {} with a loss (up to {} points), {} corrupt; "
-        "{} sessions finished from one, {} wrong",
-        c.images, c.operations, c.lost_images, c.lost_points, c.corrupt, c.resumed,
+        "{} images of {} operations, {} of them written back under acknowledged points: {} with a "
+        "loss (up to {} points), {} corrupt; {} sessions finished from one, {} wrong",
+        c.images, c.operations, c.written_back, c.lost_images, c.lost_points, c.corrupt, c.resumed,
         c.wrong_resumes);
   };
   const auto run = [&folder](PowerLossOptions options) {
@@ -41,18 +43,49 @@ void power_rows(const TempFolder& folder) {
     std::filesystem::create_directory(folder.file("power"));
     return lose_power(folder.file("power"), options);
   };
-  const PowerLossCount c = run({.n_points = 60});
-  row("power loss: unsynced writes dropped, torn, reordered", ">= 10,000 images, 0 lost, 0 corrupt",
-      text(c), c.images >= 10'000 && c.lost_images == 0 && c.corrupt == 0 && c.wrong_resumes == 0,
-      c.first_problem);
-  const PowerLossCount normal =
-      run({.n_points = 20, .every = 5, .resume_every = 0, .durability = Durability::normal});
-  row("control: synchronous=NORMAL", "must lose", text(normal), normal.lost_images > 0);
-  const PowerLossCount lies = run({.n_points = 20, .every = 5, .resume_every = 0, .lies = true});
-  row("control: a disk that lies about sync", "must lose", text(lies), lies.lost_images > 0);
+  const int least = whole ? 10'000 : 1'000;
+  const auto holds = [&](const char* what, const PowerLossOptions& options, int images) {
+    const PowerLossCount c = run(options);
+    row(fmt::format("power loss: {}", what), fmt::format(">= {} images, 0 lost, 0 corrupt", images),
+        text(c), c.images >= images && c.lost_images + c.corrupt + c.wrong_resumes == 0,
+        c.first_problem);
+  };
+  const auto fails = [&](const char* what, const PowerLossOptions& options, bool corrupts) {
+    const PowerLossCount c = run(options);
+    row(fmt::format("control: {}", what), corrupts ? "must corrupt" : "must lose", text(c),
+        (corrupts ? c.corrupt : c.lost_images) > 0);
+  };
+  const int every = whole ? 1 : 5;
+  holds("dropped, torn at sectors of 512 and 4096 bytes, reordered within and across files",
+        {.record = {.n_points = 60}, .every = every}, least);
+  holds("the same, the log written back every 20 pages",
+        {.record = {.n_points = whole ? 80 : 30, .checkpoint_pages = 20}, .every = every}, least);
+  holds("while a reading is kept aside on a full disk",
+        {.record = {.n_points = 6, .full_after = 3}, .from_told = 2, .resume_every = 50}, 200);
+  const RecordOptions few{.n_points = 20, .checkpoint_pages = 20};
+  RecordOptions off = few;
+  off.durability = Durability::off;
+  const auto control = [](const RecordOptions& record, Lie lie) {
+    return PowerLossOptions{.record = record, .every = 5, .resume_every = 0, .lie = lie};
+  };
+  fails("synchronous=NORMAL", control({.n_points = 20, .durability = Durability::normal}, {}),
+        false);
+  fails("a disk that lies about sync", control({.n_points = 20}, Lie::sync), false);
+  fails("a folder that is not synced", control({.n_points = 20}, Lie::names), false);
+  fails("synchronous=OFF, the log written back every 20 pages", control(off, {}), true);
 }
 
-void fault_rows(const TempFolder& folder) {
+void bench_rows(const std::vector<BenchRow>& rows) {
+  for (const BenchRow& r : rows) {
+    std::string measured =
+        fmt::format("{} runs, {} done, {} readings stored: {} {}", r.runs, r.done, r.readings,
+                    r.wrong, r.control ? "as demanded" : "violations");
+    if (r.worst_s > 0) measured += fmt::format(", stop command after {:.3f} s at most", r.worst_s);
+    row(r.figure, r.demand, measured, r.reached(), r.first_problem);
+  }
+}
+
+void fault_rows(const TempFolder& folder, bool whole) {
   struct Case {
     const char* name;
     Fault fault;
@@ -60,7 +93,9 @@ void fault_rows(const TempFolder& folder) {
   for (const Case& c : {Case{"I/O error", Fault::io_error}, Case{"disk full", Fault::disk_full},
                         Case{"out of memory", Fault::out_of_memory}}) {
     for (const bool for_good : {false, true}) {
-      const std::int64_t every = c.fault == Fault::out_of_memory ? 3 : 1;
+      const std::int64_t every = c.fault == Fault::out_of_memory ? (whole ? 3 : 401)
+                                 : whole                         ? 1
+                                                                 : 9;
       const FaultCount n =
           sweep_faults(folder.path(), {.fault = c.fault, .for_good = for_good, .every = every});
       row(fmt::format("{}, {}", c.name, for_good ? "for good from the n-th" : "at the n-th, once"),
@@ -84,11 +119,11 @@ void fault_rows(const TempFolder& folder) {
 void kill_row(const TempFolder& folder, int kills) {
   const KillCount c = sweep_kills(folder.path(), {.kills = kills});
   row("kill -9 at random times of a simulated campaign",
-      ">= 500 kills: 0 acknowledged readings lost, none repeated",
+      "0 acknowledged readings lost, none repeated, each bit as undisturbed",
       fmt::format("{} kills of {} campaigns ({} after an acknowledged point): {} lost, {} corrupt, "
                   "{} repeated, {} with other bits",
                   c.kills, c.campaigns, c.with_points, c.lost, c.corrupt, c.repeated, c.different),
-      c.kills >= 500 && c.lost + c.corrupt + c.repeated + c.different == 0, c.first_problem);
+      c.kills >= kills && c.lost + c.corrupt + c.repeated + c.different == 0, c.first_problem);
   const TempFolder apart;
   const KillCount torn = sweep_kills(apart.path(), {.kills = 50, .loses_log = true});
   row("control: a log that does not outlive the kill", "must lose",
@@ -96,7 +131,19 @@ void kill_row(const TempFolder& folder, int kills) {
       torn.lost > 0);
 }
 
-void verify_row(const TempFolder& folder) {
+void socket_kill_row(const TempFolder& folder, int points, int kills) {
+  const KillCount c = sweep_socket_kills(folder.path(), points, kills);
+  row("kill -9 at random times of one campaign over sockets, to its end",
+      "0 acknowledged readings lost, none repeated, each where the robot was",
+      fmt::format("{} points, {} kills ({} after an acknowledged point): {} lost, {} corrupt, {} "
+                  "repeated, {} elsewhere",
+                  c.points, c.kills, c.with_points, c.lost, c.corrupt, c.repeated, c.different),
+      c.points == points && c.kills >= std::min(kills, 3) &&
+          c.lost + c.corrupt + c.repeated + c.different == 0,
+      c.first_problem);
+}
+
+void verify_row(const TempFolder& folder, bool whole) {
   const auto file = folder.file("verify.db"), copy = folder.file("verify-copy.db");
   {
     store::Connection db = store::open(file, store::Access::create);
@@ -109,7 +156,8 @@ void verify_row(const TempFolder& folder) {
   SweepCount all{.untouched_is_clean = true};
   for (const char* table : {"reading", "point", "attempt", "epoch", "session", "campaign",
                             "campaign_chain", "campaign_fact", "exclusion", "session_event"}) {
-    const SweepCount c = sweep_bytes(copy, {.table = table, .masks = {0x01, 0x80, 0xFF}});
+    const SweepCount c =
+        sweep_bytes(copy, {.table = table, .masks = {0x01, 0x80, 0xFF}, .step = whole ? 1 : 5});
     all.rows += c.rows;
     all.bytes += c.bytes;
     all.found += c.found;
@@ -127,27 +175,27 @@ void verify_row(const TempFolder& folder) {
       plain.found < plain.bytes);
 }
 
-void wire_rows() {
+void wire_rows(bool whole) {
   for (const auto kind : {emulate::FaultKind::lost_reply, emulate::FaultKind::half_reply,
                           emulate::FaultKind::dropped}) {
-    const WireCount c = sweep_wires(kind);
+    const WireCount c = sweep_wires(kind, whole ? 1 : 7);
     row(fmt::format("{} at each line of a campaign over sockets", emulate::name_of(kind)),
         "each point stored once and as it was",
         fmt::format("{} campaigns of 4 points, {} resumed: {} wrong", c.runs, c.resumed, c.wrong),
-        c.runs > 100 && c.wrong == 0, c.first_problem);
+        c.runs > (whole ? 100 : 15) && c.wrong == 0, c.first_problem);
   }
 }
 
 void soak_row(int points) {
   const SoakCount c = soak_over_sockets({.n_points = points});
   row("soak over sockets: emulators, drivers, runner, random faults, stops and deaths",
-      ">= 2,000 points: 0 acknowledged lost, 0 repeated or invalid, parameters as without faults",
+      "0 acknowledged lost, 0 repeated or invalid, parameters as without faults",
       fmt::format(
           "{} points, {} faults, {} failed tries, {} lives, {} deaths: {} lost, {} repeated "
           "or invalid; {} combinations of parameters within {:.1f} sigma",
           c.points, c.faults, c.failed_tries, c.lives, c.deaths, c.lost, c.wrong, c.parameters,
           c.worst_sigma),
-      c.points >= 2000 && c.faults > points / 20 && c.lost + c.wrong == 0 && c.parameters > 0 &&
+      c.points == points && c.faults > points / 20 && c.lost + c.wrong == 0 && c.parameters > 0 &&
           c.worst_sigma < 4.5,
       c.first_problem);
   row("control: a program that acknowledges a point when it begins it", "must lose",
@@ -180,25 +228,42 @@ int main(int argc, char** argv) {
   CLI::App app("Measures how safe the data is", "trammel_stress");
   std::vector<std::string> parts;
   double seconds = 60;
-  int kills = 500, points = 2000;
+  int kills = 60, points = 400, runs = 40;
+  bool whole = false;
   std::int64_t most = 1'000'000'000;
-  app.add_option("PART", parts, "power, faults, kills, verify, wires, soak, hostile (all of them)");
+  app.add_option("PART", parts,
+                 "power, faults, kills, verify, wires, soak, bench, files, hostile (all of them)");
+  app.add_flag("--whole", whole,
+               "each operation, line and byte; 500 kills, 2,000 points, 1,000 runs of the bench");
   app.add_option("--seconds", seconds, "of mutations for each importer");
   app.add_option("--most", most, "mutations for each importer");
-  app.add_option("--kills", kills, "to hit");
-  app.add_option("--points", points, "of the soak");
+  CLI::Option* of_kills = app.add_option("--kills", kills, "to hit");
+  CLI::Option* of_points = app.add_option("--points", points, "of the soak");
+  CLI::Option* of_runs = app.add_option("--runs", runs, "of the bench, lies and stops in all");
   CLI11_PARSE(app, argc, argv);
+  if (whole && of_kills->count() == 0) kills = 500;
+  if (whole && of_points->count() == 0) points = 2000;
+  if (whole && of_runs->count() == 0) runs = 1000;
   const auto wanted = [&parts](const char* part) {
     return parts.empty() || std::find(parts.begin(), parts.end(), part) != parts.end();
   };
   const TempFolder folder;
   fmt::print("| figure | demand | measured | |\n|---|---|---|---|\n");
-  if (wanted("power")) power_rows(folder);
-  if (wanted("faults")) fault_rows(folder);
-  if (wanted("kills")) kill_row(folder, kills);
-  if (wanted("verify")) verify_row(folder);
-  if (wanted("wires")) wire_rows();
+  if (wanted("power")) power_rows(folder, whole);
+  if (wanted("faults")) fault_rows(folder, whole);
+  if (wanted("kills")) {
+    kill_row(folder, kills);
+    socket_kill_row(folder, points, kills / 10);
+  }
+  if (wanted("verify")) verify_row(folder, whole);
+  if (wanted("wires")) wire_rows(whole);
   if (wanted("soak")) soak_row(points);
+  if (wanted("bench")) {  // nine kinds of lies; stops cost seconds of the wall each
+    bench_rows(lying_bench(std::max(1, runs * 9 / 10 / 9), kSeed));
+    bench_rows(stop_bench(std::max(1, runs / 140), kSeed));
+    bench_rows(signal_bench(std::max(1, runs / 200)));
+  }
+  if (wanted("files")) bench_rows(file_bench(std::max(1, runs / 20), kSeed));
   if (wanted("hostile")) hostile_rows(folder, seconds, most);
   return n_missed == 0 ? 0 : 1;
 }

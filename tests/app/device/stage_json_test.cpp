@@ -73,6 +73,8 @@ TEST_CASE("what a stage cannot do is refused with its line before anything moves
                         {"/motion/following_mm", 1e300, "motion.following_mm", false},
                         {"/motion/settle_timeout_s", 0.1, "motion.settle_timeout_s", false},
                         {"/controller/reply_timeout_s", -1, "controller.reply_timeout_s", true},
+                        {"/controller/watch_host_s", 0.05, "controller.watch_host_s", false},
+                        {"/controller/watch_host_s", 100, "controller.watch_host_s", true},
                         {"/homing/speed_mm_s", 0, "homing.speed_mm_s", true},
                         {"/mechanism/chains/1/S_mm", -1, "mechanism.chains[1].S_mm", true},
                         {"/motion/speed", 1, "motion.speed", true}}) {

@@ -1,12 +1,10 @@
 // A proxy between the program and its devices that renames, holds back, freezes, doubles, shifts:
 // what it makes of a reading is not stored.
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <map>
-#include <regex>
+#include <atomic>
 
+#include "tests/app/session/proxies.hpp"
 #include "tests/app/session/socket_campaign.hpp"
 #include "tests/support/catch.hpp"
 
@@ -22,81 +20,6 @@ Plan proxied_plan(std::size_t n = kProxied) {
   Plan plan = small_plan();
   plan.points.resize(n);
   return plan;
-}
-
-using Alter = std::function<void(std::string&)>;
-
-/// "P2" of the answer of a measurement; empty for one that failed.
-std::string point_of(const std::string& answer) {
-  std::smatch found;
-  const bool is = std::regex_search(answer, found, std::regex("Measurement (\\w+) result"));
-  return is ? found[1].str() : "";
-}
-
-/// From the n-th answer for P1 on (1: the first), `change` what is said of the platform.
-Alter from_pose(int n, Alter change) {
-  return [n, change = std::move(change), poses = 0](std::string& answer) mutable {
-    const std::string point = point_of(answer);
-    poses += point == "P1" ? 1 : 0;
-    if (point.starts_with('P') && poses >= n) change(answer);
-  };
-}
-
-Alter renaming() {
-  return [](std::string& answer) {
-    const std::size_t at = answer.find("P1 result");
-    if (at != std::string::npos) answer[at + 1] = '2';
-  };
-}
-
-/// Each answer is the one before of the same point.
-Alter lagging() {
-  return [last = std::map<std::string, std::string>()](std::string& answer) mutable {
-    const std::string point = point_of(answer);
-    const auto before = last.find(point);
-    if (before == last.end()) {
-      last[point] = answer;
-    } else {
-      std::swap(before->second, answer);
-    }
-  };
-}
-
-Alter frozen() {
-  return [first = std::map<std::string, std::string>()](std::string& answer) mutable {
-    answer = first.emplace(point_of(answer), answer).first->second;
-  };
-}
-
-Alter dated(const char* date) {
-  return [date](std::string& answer) {
-    answer = std::regex_replace(answer, std::regex("\\d\\d/\\d\\d/\\d{4}"), date);
-  };
-}
-
-/// All that the instrument sees stands elsewhere, along its x.
-void shift(std::string& answer, double by_mm) {
-  std::smatch found;
-  if (!std::regex_search(answer, found, std::regex("result (-?[0-9.]+)"))) return;
-  answer.replace(static_cast<std::size_t>(found.position(1)),
-                 static_cast<std::size_t>(found.length(1)),
-                 fmt::format("{:.6f}", std::stod(found[1].str()) + by_mm));
-}
-
-/// The answers before, and not to the last bit.
-Alter lagging_unlike() {
-  return [lag = lagging()](std::string& answer) {
-    lag(answer);
-    shift(answer, 1e-6);
-  };
-}
-
-/// The tracker is knocked before its n-th pose: base nests, too, are seen elsewhere.
-Alter knocked(int n, double by_mm) {
-  return [n, by_mm, poses = 0](std::string& answer) mutable {
-    poses += point_of(answer) == "P1" ? 1 : 0;
-    if (poses >= n) shift(answer, by_mm);
-  };
 }
 
 }  // namespace
@@ -136,6 +59,52 @@ TEST_CASE("an answer of another point, of another time or of the pose before is 
   const Outcome passed = open.run();
   CAPTURE(passed.detail);
   CHECK_FALSE(open.problems(false).empty());
+}
+
+TEST_CASE("of steps below a millimetre, too, no answer of the pose before is stored",
+          "[session][sockets]") {
+  Plan fine = proxied_plan(1);
+  for (int k = 1; k < kProxied; ++k) {
+    fine.points.push_back(fine.points.front());
+    fine.points.back().seq = k + 1;
+    fine.points.back().target.x_mm += 0.4 * k;
+  }
+  for (const bool lags : {true, false}) {  // the control: each is stored
+    CAPTURE(lags);
+    SocketCampaign campaign(fine);
+    campaign.request.policy.patience_s = 30;
+    if (lags) campaign.lab.to_tracker.alter = lagging_unlike();
+    const Outcome outcome = campaign.run();
+    CAPTURE(outcome.detail);
+    CHECK((outcome.state == State::done) == !lags);
+    CHECK((outcome.n_stored == kProxied) == !lags);
+    const auto problems = campaign.problems(false);
+    CAPTURE(problems);
+    CHECK(problems.empty());
+  }
+}
+
+TEST_CASE("answers that come twice for ever end the session after three tries",
+          "[session][sockets]") {
+  for (const bool measured : {true, false}) {  // else what is asked while the stage moves
+    CAPTURE(measured);
+    SocketCampaign campaign(proxied_plan());
+    const auto twice = [](std::string& answer) { answer += answer; };
+    if (measured) {
+      campaign.lab.to_tracker.alter = twice;
+    } else {
+      campaign.lab.to_tracker.alter_asked = [twice](std::string_view asked, std::string& answer) {
+        if (asked.starts_with("?STAT")) twice(answer);
+      };
+    }
+    const Outcome outcome = campaign.run();
+    CAPTURE(outcome.detail);
+    CHECK(outcome.exit_code() == ExitCode::device);
+    CHECK_THAT(outcome.detail, Contains("try 3 of 3"));
+    CHECK(outcome.n_stored == 0);
+    CHECK(campaign.attempts().size() == 3);
+    CHECK_FALSE(campaign.lab.robot.standing().moving);
+  }
 }
 
 TEST_CASE("an answer that comes twice costs a try, not the session", "[session][sockets]") {
@@ -211,8 +180,29 @@ TEST_CASE("a tracker that is knocked is noticed, in the middle and at the end",
     CHECK(outcome.exit_code() == (by_mm > 1 ? ExitCode::safety_stop : ExitCode::ok));
     if (by_mm < 1) continue;
     CHECK_THAT(outcome.detail, Contains("base nest") && Contains("in doubt"));
-    CHECK(few.run().state == State::done);  // taken as it is, by an operator who has read that
+    // The tracker stands where it was knocked to, and is registered there: the points are not.
+    const Outcome again = few.run();
+    CAPTURE(again.detail);
+    CHECK(again.exit_code() == ExitCode::safety_stop);
+    CHECK_THAT(again.detail, Contains("reading exclude") && Contains("measured again"));
+    const auto campaign = store::require_campaign(few.db, "c");
+    const store::Id session = store::find_session(few.db, campaign.id, "s")->id;
+    for (const store::StoredReading& r : store::readings(few.db, campaign.id, {session})) {
+      if (r.data.reading.seq > 1) {
+        store::exclude_reading(few.db, campaign.id, r.data.reading.seq, "of a knocked tracker");
+      }
+    }
+    CHECK(few.run().state == State::done);
   }
+  SocketCampaign after(proxied_plan(3));  // knocked when all was measured: no point is in doubt
+  std::atomic<bool> put_back = false;
+  after.lab.to_tracker.alter = [&put_back, poses = 0](std::string& answer) mutable {
+    poses += point_of(answer) == "P3" ? 1 : 0;
+    if (poses >= 3 && !put_back) shift(answer, point_of(answer).starts_with('B') ? 2 : 0);
+  };
+  CHECK(after.run().exit_code() == ExitCode::safety_stop);
+  put_back = true;
+  CHECK(after.run().state == State::done);
 }
 
 }  // namespace trammel::session

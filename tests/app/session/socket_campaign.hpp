@@ -133,8 +133,9 @@ struct SocketLaboratory {
         tracker(
             robot.robot(), emulate::default_tracker(), [this] { return robot.standing(); },
             tracker_faults, EmulatedLaboratory::kSpeedup),
-        stage_server({}, tapped(emulate::galil_conversations(galil, stage_faults),
-                                emulate::Emulated::stage, stage_faults)),
+        stage_server({.meanwhile = [this] { return galil.programs.work(); }},
+                     tapped(emulate::galil_conversations(galil, stage_faults),
+                            emulate::Emulated::stage, stage_faults)),
         tracker_server({}, tapped(emulate::tracker_conversations(tracker, tracker_faults),
                                   emulate::Emulated::tracker, tracker_faults)) {}
 
@@ -173,6 +174,7 @@ struct SocketOptions {
   emulate::EmulatedRobot::Rails rails = {};
   bool blind = false;      // the tracker's file lets pass whatever the triangle of nests tells
   bool base_nests = true;  // else the base's frame is stated
+  double watch_host_s = 0;
 };
 
 class SocketCampaign {
@@ -183,6 +185,7 @@ class SocketCampaign {
     auto stage = nlohmann::json::parse(read_text(examples + "stage.json"));
     stage["controller"]["port"] = lab.stage_server.port();
     stage["controller"]["reply_timeout_s"] = options.reply_timeout_s;
+    if (options.watch_host_s > 0) stage["controller"]["watch_host_s"] = options.watch_host_s;
     stage["motion"]["poll_s"] = stage["motion"]["settle_s"] = 0;
     auto tracker = nlohmann::json::parse(read_text(examples + "tracker.json"));
     tracker["source"]["port"] = lab.tracker_server.port();

@@ -1,0 +1,90 @@
+#pragma once
+// What a proxy between the program and its tracker makes of an answer: it renames, holds back,
+// freezes, dates, shifts.
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <map>
+#include <regex>
+#include <string>
+#include <utility>
+
+namespace trammel::tests {
+
+using Alter = std::function<void(std::string&)>;
+
+/// "P2" of the answer of a measurement; empty for one that failed.
+inline std::string point_of(const std::string& answer) {
+  std::smatch found;
+  const bool is = std::regex_search(answer, found, std::regex("Measurement (\\w+) result"));
+  return is ? found[1].str() : "";
+}
+
+/// From the n-th answer for P1 on (1: the first), `change` what is said of the platform.
+inline Alter from_pose(int n, Alter change) {
+  return [n, change = std::move(change), poses = 0](std::string& answer) mutable {
+    const std::string point = point_of(answer);
+    poses += point == "P1" ? 1 : 0;
+    if (point.starts_with('P') && poses >= n) change(answer);
+  };
+}
+
+inline Alter renaming() {
+  return [](std::string& answer) {
+    const std::size_t at = answer.find("P1 result");
+    if (at != std::string::npos) answer[at + 1] = '2';
+  };
+}
+
+/// Each answer is the one before of the same point.
+inline Alter lagging() {
+  return [last = std::map<std::string, std::string>()](std::string& answer) mutable {
+    const std::string point = point_of(answer);
+    const auto before = last.find(point);
+    if (before == last.end()) {
+      last[point] = answer;
+    } else {
+      std::swap(before->second, answer);
+    }
+  };
+}
+
+inline Alter frozen() {
+  return [first = std::map<std::string, std::string>()](std::string& answer) mutable {
+    answer = first.emplace(point_of(answer), answer).first->second;
+  };
+}
+
+inline Alter dated(const char* date) {
+  return [date](std::string& answer) {
+    answer = std::regex_replace(answer, std::regex("\\d\\d/\\d\\d/\\d{4}"), date);
+  };
+}
+
+/// All that the instrument sees stands elsewhere, along its x.
+inline void shift(std::string& answer, double by_mm) {
+  std::smatch found;
+  if (!std::regex_search(answer, found, std::regex("result (-?[0-9.]+)"))) return;
+  answer.replace(static_cast<std::size_t>(found.position(1)),
+                 static_cast<std::size_t>(found.length(1)),
+                 fmt::format("{:.6f}", std::stod(found[1].str()) + by_mm));
+}
+
+/// The answers before, and not to the last bit.
+inline Alter lagging_unlike() {
+  return [lag = lagging()](std::string& answer) {
+    lag(answer);
+    shift(answer, 1e-6);
+  };
+}
+
+/// The tracker is knocked before its n-th pose: base nests, too, are seen elsewhere.
+inline Alter knocked(int n, double by_mm) {
+  return [n, by_mm, poses = 0](std::string& answer) mutable {
+    poses += point_of(answer) == "P1" ? 1 : 0;
+    if (poses >= n) shift(answer, by_mm);
+  };
+}
+
+}  // namespace trammel::tests
