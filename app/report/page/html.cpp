@@ -13,6 +13,7 @@ extern "C" {
 extern const char trammel_page_template[], trammel_page_template_end[];
 extern const char trammel_page_style[], trammel_page_style_end[];
 extern const char trammel_page_script[], trammel_page_script_end[];
+extern const char trammel_page_notices[], trammel_page_notices_end[];
 }
 
 namespace trammel::report {
@@ -50,7 +51,7 @@ std::string escaped(std::string_view text) {
         out += "&#39;";
         break;
       default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        out += static_cast<unsigned char>(c) < 0x20 && c != '\n' ? ' ' : c;
     }
   }
   return out;
@@ -97,6 +98,8 @@ std::string script_json(const Json& json) {
   return out;
 }
 
+std::string_view page_notices() { return {trammel_page_notices, trammel_page_notices_end}; }
+
 std::string page_html(const Json& page) {
   const std::string_view text(trammel_page_template, trammel_page_template_end);
   const std::string_view style(trammel_page_style, trammel_page_style_end);
@@ -114,6 +117,7 @@ std::string page_html(const Json& page) {
                        {"@STYLE@", style},
                        {"@BANNER@", banner},
                        {"@VERDICT@", verdict},
+                       {"@NOTICES@", escaped(page_notices())},
                        {"@DATA@", script_json(page)},
                        {"@SCRIPT@", script}});
 }

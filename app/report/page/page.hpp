@@ -2,6 +2,7 @@
 // A report as a page: one file that needs nothing else.
 
 #include <string>
+#include <string_view>
 
 #include "app/report/page/item.hpp"
 #include "store/campaign.hpp"
@@ -18,6 +19,10 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
 /// own, it shows the status on top and asks for both again (serve/server.hpp). Proof: in a browser,
 /// with hostile names (page_test.mjs).
 std::string page_html(const Json& page);
+
+/// Licences and notices of what the page's script is bundled from, as every page ends with them:
+/// read from the packages themselves at build (web/bundle.mjs).
+std::string_view page_notices();
 
 /// `json` as text that stands inside a script element: '<', '>', '&' and the line separators U+2028
 /// and U+2029 as \u escapes.

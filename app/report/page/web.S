@@ -10,4 +10,5 @@ trammel_page_\name\()_end:
   embed template, PAGE_HTML
   embed style, PAGE_CSS
   embed script, PAGE_JS
+  embed notices, PAGE_NOTICES
   .section .note.GNU-stack, "", %progbits

@@ -1,10 +1,11 @@
-// node bundle.mjs MODULES OUT: the page's script and all it needs as one minified file.
-import { readFileSync } from 'node:fs';
+// node bundle.mjs MODULES OUT NOTICES: the page's script and all it needs as one minified file, and the
+// licences and notices of the packages that are really in it.
+import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-const [modules, out] = process.argv.slice(2);
+const [modules, out, notices] = process.argv.slice(2);
 const here = dirname(fileURLToPath(import.meta.url));
 const { build } = createRequire(join(modules, 'x.js'))('esbuild');
 
@@ -32,15 +33,40 @@ const withoutEval = {
   },
 };
 
-await build({
+const { metafile } = await build({
   entryPoints: [join(here, 'main.js')],
   outfile: out,
   bundle: true,
   minify: true,
   format: 'iife',
   target: 'es2020',
-  legalComments: 'none',
+  legalComments: 'external',  // beside it, in OUT.LEGAL.txt
+  metafile: true,
   nodePaths: [modules],
   plugins: [withSuffix, withoutEval],
   logLevel: 'warning',
 });
+
+// ---- notices --------------------------------------------------------------------------------
+
+// The texts that a package carries: at its top, and in licenses/ those of what it took from others.
+function textsOf(folder) {
+  const named = /^(licen[cs]e|notice|copying|copyright)/i;
+  const files = readdirSync(folder, { withFileTypes: true })
+    .filter((f) => f.isFile() && named.test(f.name)).map((f) => join(folder, f.name));
+  const others = join(folder, 'licenses');
+  if (existsSync(others)) files.push(...readdirSync(others).map((name) => join(others, name)));
+  return files.map((file) => readFileSync(file, 'utf8').trim());
+}
+
+const bundled = [...new Set(Object.keys(metafile.inputs).map((path) => /.*node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(path)?.[1])
+  .filter((name) => name !== undefined))].sort();
+const parts = bundled.map((name) => {
+  const { version, license } = JSON.parse(readFileSync(join(modules, name, 'package.json'), 'utf8'));
+  const texts = textsOf(join(modules, name));
+  if (texts.length === 0) throw new Error(`${name} ${version} (${license}) carries no licence text`);
+  return [`${name} ${version}${license ? ` (${license})` : ''}`, ...texts].join('\n\n');
+});
+const comments = existsSync(`${out}.LEGAL.txt`) ? readFileSync(`${out}.LEGAL.txt`, 'utf8').trim() : '';
+if (comments) parts.push(`Comments in their sources\n\n${comments}`);
+writeFileSync(notices, `${parts.join(`\n\n${'-'.repeat(80)}\n\n`)}\n`);
