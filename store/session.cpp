@@ -98,11 +98,14 @@ Id session_of(Connection& connection, Id attempt_id) {
 
 Id create_session(Connection& connection, const NewSession& s) {
   Transaction transaction(connection);
-  if (find_session(connection, s.campaign_id, s.name)) {
-    throw InputError({.what = "the campaign has a session of this name already",
-                      .where = {.field = "session"},
-                      .got = s.name,
-                      .hint = "resume it, or choose another name"});
+  if (const auto taken = find_session(connection, s.campaign_id, s.name)) {
+    const bool finished = taken->n_ok >= taken->n_points;
+    throw InputError(
+        {.what = finished ? "the campaign has a finished session of this name"
+                          : "the campaign has a session of this name already",
+         .where = {.field = "session"},
+         .got = s.name,
+         .hint = finished ? "choose another name" : "resume it, or choose another name"});
   }
   Statement insert(connection,
                    "INSERT INTO session (campaign_id, name, compensation_job_id, plan_name, "

@@ -88,7 +88,7 @@ void say_dry(const session::Outcome& outcome, const Context& context) {
 
 void say_duration(const session::Outcome& outcome, const Context& context) {
   if (outcome.refused()) return;
-  context.say(fmt::format("{} points, estimated {} (h:mm:ss)", outcome.n_points - outcome.n_before,
+  context.say(fmt::format("{} points, estimated {}", outcome.n_points - outcome.n_before,
                           terminal::clock_text(outcome.estimated_s)));
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "app/job/contest_text.hpp"
@@ -35,6 +36,45 @@ std::string campaign_title(const std::string& name, bool simulated) {
 }
 
 std::string kind_text(bool simulated) { return simulated ? "simulated" : "real"; }
+
+std::string parameter_words(const std::string& parameters_json) {
+  const auto plain = [](const Json& value) {
+    return value.is_string() ? value.get<std::string>() : value.dump();
+  };
+  std::string text;
+  const Json parameters = Json::parse(parameters_json);
+  for (const auto& [name, value] : parameters.items()) {
+    std::string words;
+    if (value.is_array()) {
+      for (const Json& each : value) words += (words.empty() ? "" : " + ") + plain(each);
+    } else if (value.is_boolean()) {
+      words = value.get<bool>() ? "yes" : "no";
+    } else {
+      words = plain(value);
+    }
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, words.empty() ? "none" : words);
+  }
+  return text.empty() ? "none" : text;
+}
+
+bool is_warning(std::string_view sentence) {
+  constexpr std::string_view kSigns[] = {
+      "warning: ",
+      "absorption alarm",
+      "not tested: ",                           // absorption by halves
+      "more than chance (",                     // residuals
+      "no degrees of freedom are left",         // so nothing tells whether the model is right
+      "do not belong to the rest",              // outlying readings
+      "the end of the grid",                    // a network's spread
+      "nothing of these readings is held out",  // in-sample figures alone
+      "the fit follows the noise",              // below the floor
+      "no diagnosis: ",                         // a contest without named effects
+      "since nothing could be held out",        // a map that was left out for that
+  };
+  return std::ranges::any_of(kSigns, [sentence](std::string_view sign) {
+    return sentence.find(sign) != std::string_view::npos;
+  });
+}
 
 Json statistics_json(const std::vector<store::Statistic>& statistics) {
   Json all = Json::array();

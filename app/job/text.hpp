@@ -2,6 +2,7 @@
 // A job as a person and as a program read it.
 
 #include <string>
+#include <string_view>
 
 #include "app/job/correction_json.hpp"
 #include "store/campaign.hpp"
@@ -13,6 +14,13 @@ namespace trammel::job {
 std::string campaign_title(const std::string& name, bool simulated);
 /// "simulated" or "real".
 std::string kind_text(bool simulated);
+
+/// A stored job's parameters in words: "neurons 50, seed 1"; "none" without any.
+std::string parameter_words(const std::string& parameters_json);
+
+/// Whether a sentence of a result ("words") asks its reader not to trust the fit as it is. Stored
+/// sentences are never changed, so they are known by what they say. Proof: page_test.cpp.
+bool is_warning(std::string_view sentence);
 
 /// {id, key, run, campaign, kind, stage, algorithm_version, parameters, statistics, words, …}
 Json job_json(const store::Job& job, const store::CampaignRow& campaign);

@@ -18,7 +18,9 @@ std::string joined(const Json& names) {
 }
 
 EffectRow effect_row(const Json& effect) {
-  EffectRow row{.name = effect.at("name")};
+  EffectRow row{.name = effect.at("name"),
+                .p = effect.value("p", 0.0),
+                .share_of_gap = effect.value("share_of_gap", 0.0)};
   for (const Json& p : effect.at("parameters")) {
     row.values.push_back({p.at("name"), p.at("unit"), p.at("value"), p.at("std")});
   }
@@ -46,6 +48,9 @@ StoryRound round_of(const store::Job& job) {
     for (const Json& r : details.at("rival_odds")) {
       round.rivals.push_back({joined(r.at("names")), r.at("odds"), r.at("structural")});
     }
+  }
+  for (const Json& e : details.value("may_also_hold", Json::array())) {
+    round.may_also_hold.emplace_back(e.at("name"), e.at("probability"));
   }
   for (const Json& g : details.at("gap")) {
     round.gap.push_back({g.at("model"), optional_number(g.at("identify_rms_mm")),

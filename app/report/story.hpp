@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "store/job.hpp"
@@ -20,6 +21,8 @@ struct EffectRow {
   };
   std::string name = {};
   std::vector<Value> values = {};
+  double p = 0;                // that chance alone shows as much
+  double share_of_gap = 0;     // of what was explained
   std::vector<int> seqs = {};  // outlier_readings only
 };
 
@@ -52,6 +55,7 @@ struct StoryRound {
   std::vector<EffectRow> effects = {};
   std::vector<std::string> tried = {};  // unexplained: what the catalogue could do, not added
   std::vector<RivalRow> rivals = {};
+  std::vector<std::pair<std::string, double>> may_also_hold = {};  // with their probability
   std::vector<GapRow> gap = {};
   double noise_floor_mm = 0;
   int n_next_points = 0;

@@ -182,10 +182,13 @@ SessionStatus status_of(store::Connection& connection, const store::CampaignRow&
   const bool current = process && current_session(connection, campaign) == session;
   if (current) status.process = process;
   status.state = state_of(*row, current);
+  const bool says_why =
+      status.state == "paused" || status.state == "stopped" || status.state == "faulted";
   status.now_utc = now_utc.empty() ? store::utc_now() : now_utc;
   const auto attempts = store::attempts(connection, row->id);
   take_attempts(attempts, status);
   take_events(store::events(connection, row->id), *row, status);
+  if (!says_why) status.detail.clear();
   const First first = take_deviations(connection, campaign.id, row->id, attempts, status);
   for (const store::SessionRow& visit : store::list_sessions(connection, campaign.id)) {
     if (visit.plan_name != store::kReferencePlan) continue;

@@ -19,7 +19,7 @@ struct SessionStatus {
   std::string session;
   std::string plan;
   std::string state;   // running, paused, done, stopped, faulted, interrupted
-  std::string detail;  // what the last event said: why it is paused, stopped or faulted
+  std::string detail;  // why it is paused, stopped or faulted; else empty: events grow old
   std::optional<int> process = {};  // that measures the campaign now
   bool compensated = false;
   int n_points = 0;

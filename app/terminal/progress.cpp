@@ -23,7 +23,7 @@ std::string clock_text(double seconds) {
   constexpr double kMostS = 3.6e9;  // a million hours; NaN compares false
   const long total = static_cast<long>((seconds > 0 ? std::min(seconds, kMostS) : 0.0) + 0.5);
   const long h = total / 3600, m = total / 60 % 60, s = total % 60;
-  return h > 0 ? fmt::format("{}:{:02}:{:02}", h, m, s) : fmt::format("{}:{:02}", m, s);
+  return h > 0 ? fmt::format("{}:{:02}:{:02} h", h, m, s) : fmt::format("{}:{:02} min", m, s);
 }
 
 Progress::Progress(bool quiet, bool terminal, int already, int total)

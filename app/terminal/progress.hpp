@@ -32,7 +32,7 @@ class Progress {
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
-/// "12:34", "1:02:03".
+/// "12:34 min", "1:02:03 h".
 std::string clock_text(double seconds);
 
 }  // namespace trammel::terminal

@@ -13,7 +13,8 @@ namespace trammel::report {
 
 namespace {
 
-constexpr double kWanted = 0.25;  // the largest deviation as drawn, of the radius
+// Of the largest radius, as drawn: the largest deviation, and a division of its scale at most.
+constexpr double kWanted = 0.25, kDivision = 0.1;
 
 Json circle_json(const CircleRow& row, const std::vector<const Pair*>& pairs) {
   Json points = Json::array();
@@ -58,6 +59,7 @@ Json circle_section(const Source& source) {
   }
   for (const CircleRow& row : source.report.circles->rows) radius = std::max(radius, row.radius_mm);
   const double factor = magnification(largest, kWanted * radius);
+  const double division = magnification(factor, kDivision * radius);
   Json circles = Json::array(), rows = Json::array();
   for (const CircleRow& row : source.report.circles->rows) {
     circles.push_back(circle_json(row, by_role[row.name]));
@@ -72,11 +74,12 @@ Json circle_section(const Source& source) {
   const Comparison& first = source.circles.front();
   judged += fmt::format("after: {}, {}", method_words(method_of(*first.job)),
                         first.paired.predicted ? "predicted" : "measured again");
-  items.push_back(
-      figure({"circles", title,
-              fmt::format("{}. Each point is drawn {:g} times as far from its target as it was.",
-                          judged, factor)},
-             "circles", {{"magnification", factor}, {"circles", circles}}));
+  items.push_back(figure(
+      {"circles", title,
+       fmt::format("{}. Each point is drawn {:g} times as far from its target as it was; "
+                   "scale: {:g} um per division, from one grey ring to the next.",
+                   judged, factor, 1000 * division)},
+      "circles", {{"magnification", factor}, {"division_mm", division}, {"circles", circles}}));
   rows.push_back(
       Json::array({"mean of absolute values", "", "",
                    deviation_words(mean_deviation(*source.report.circles, &CircleRow::before)),

@@ -3,27 +3,19 @@
 #include <fmt/format.h>
 
 #include "app/report/page/source.hpp"
-#include "core/judge/deviation.hpp"
-#include "core/statistics/interval.hpp"
 
 namespace trammel::report {
 
 namespace {
 
 Json bar(const Comparison& c) {
-  std::vector<double> before, after;
-  for (const Pair& pair : c.paired.pairs) {
-    before.push_back(
-        position_error_mm(*pair.before->reading.measured, pair.before->reading.target));
-    after.push_back(position_error_mm(pair.after, pair.before->reading.target));
-  }
+  const Errors errors = errors_of(c.paired, Figure::position_mm);
   Json json = {{"method", method_of(*c.job) + (c.paired.predicted ? " *" : "")},
                {"judged", name_of(c.standing)},
-               {"n", after.size()},
-               {"before", drawn(summarise(before).mean)},
-               {"after", drawn(summarise(after).mean)}};
-  const std::vector<double> nothing(after.size(), 0.0);
-  if (const auto interval = paired_difference(after, nothing)) {
+               {"n", errors.after.size()},
+               {"before", drawn(errors.summary_before.mean)},
+               {"after", drawn(errors.summary_after.mean)}};
+  if (const auto interval = mean_interval(errors.after)) {
     json["low"] = drawn(interval->low);
     json["high"] = drawn(interval->high);
   }

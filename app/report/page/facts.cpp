@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/job/text.hpp"
 #include "app/report/page/source.hpp"
 #include "core/units.hpp"
 
@@ -38,8 +39,8 @@ Json session_row(const SessionRow& row, const Walk& walk) {
 Json job_row(const store::Job& job) {
   return Json::array(
       {std::to_string(job.id), job.data.stage, std::to_string(job.data.algorithm_version),
-       job.data.parameters_json, std::to_string(job.data.n_readings), job.data.key.key,
-       job.created_utc,
+       job::parameter_words(job.data.parameters_json), std::to_string(job.data.n_readings),
+       job.data.key.key, job.created_utc,
        fmt::format("{} ({}), {}, {}, {}", job.provenance.tool_version, job.provenance.git_revision,
                    job.provenance.compiler, job.provenance.libraries, job.provenance.cpu_level)});
 }

@@ -27,35 +27,6 @@ Json three(const Eigen::Vector3d& error) {
   return Json::array({drawn(error[0]), drawn(error[1]), drawn(deg_from_rad(error[2]))});
 }
 
-Json simulated(const Source& source, const Comparison& c) {
-  const std::string id = "simulated-" + id_of(source, c);
-  const std::string title =
-      fmt::format("Simulated against measured error: {}{}", words_of(c),
-                  c.job->data.stage == "lsq" && c.in_sample() ? " (the paper's Fig. 8)" : "");
-  std::vector<Reading> readings;
-  for (const Pair& pair : c.paired.pairs) readings.push_back(pair.before->reading);
-  Json measured = Json::array(), simulation = Json::array();
-  try {
-    for (const SimulatedError& e : simulated_errors(job::correction_of(c.job->data.result_json),
-                                                    source.measured.campaign.mechanism, readings)) {
-      measured.push_back(three(e.measured));
-      simulation.push_back(three(e.simulated));
-    }
-  } catch (const InputError& error) {
-    return absent(id, title, error.what());
-  }
-  const auto& floor = source.report.floor_mean_mm;
-  return figure(
-      {id, title,
-       fmt::format(
-           "{} readings before any compensation, {}. Each coordinate of the error "
-           "as the tracker read it and as the robot of this fit shows it{}.",
-           measured.size(), name_of(c.standing),
-           floor ? fmt::format("; sigma per coordinate {:.4f} mm", *floor / std::sqrt(kPi / 2))
-                 : "")},
-      "simulated", {{"measured", measured}, {"simulated", simulation}});
-}
-
 Json sensitivity_figure(const Source& source) {
   const char* title = "Share of each error source in the pose error (the paper's Fig. 4)";
   const SourceErrors errors;
@@ -133,18 +104,39 @@ Json network_figure(const Source& source) {
 
 }  // namespace
 
+Json simulated_figure(const Source& source, const Comparison& c) {
+  if (!believes_a_robot(c)) return nullptr;
+  const std::string id = "simulated-" + id_of(source, c);
+  const std::string title =
+      fmt::format("Simulated against measured error: {}{}", words_of(c),
+                  c.job->data.stage == "lsq" && c.in_sample() ? " (the paper's Fig. 8)" : "");
+  std::vector<Reading> readings;
+  for (const Pair& pair : c.paired.pairs) readings.push_back(pair.before->reading);
+  Json measured = Json::array(), simulation = Json::array();
+  try {
+    for (const SimulatedError& e : simulated_errors(job::correction_of(c.job->data.result_json),
+                                                    source.measured.campaign.mechanism, readings)) {
+      measured.push_back(three(e.measured));
+      simulation.push_back(three(e.simulated));
+    }
+  } catch (const InputError& error) {
+    return absent(id, title, error.what());
+  }
+  const auto& floor = source.report.floor_mean_mm;
+  return figure(
+      {id, title,
+       fmt::format(
+           "{} readings before any compensation, {}. Each coordinate of the error "
+           "as the tracker read it and as the robot of this fit shows it{}.",
+           measured.size(), name_of(c.standing),
+           floor ? fmt::format("; sigma per coordinate {:.4f} mm", *floor / std::sqrt(kPi / 2))
+                 : "")},
+      "simulated", {{"measured", measured}, {"simulated", simulation}});
+}
+
 Json fit_section(const Source& source) {
-  Json items = Json::array();
-  for (const Comparison& c : source.comparisons) {
-    if (believes_a_robot(c)) items.push_back(simulated(source, c));
-  }
-  if (items.empty()) {
-    items.push_back(absent("simulated", "Simulated against measured error (the paper's Fig. 8)",
-                           "No geometry was identified: trammel calibrate lsq CAMPAIGN."));
-  }
-  items.push_back(sensitivity_figure(source));
-  items.push_back(network_figure(source));
-  return section("fits", "How well the fits meet the readings", items);
+  return section("fits", "Error sources, and the network's fit",
+                 Json::array({sensitivity_figure(source), network_figure(source)}));
 }
 
 }  // namespace trammel::report

@@ -20,6 +20,17 @@ Json table(const FigureHead& head, const std::vector<std::string>& columns, Json
           {"caption", head.caption}, {"columns", columns}, {"rows", std::move(rows)}};
 }
 
+Json sentences(const std::string& id, const std::string& title, std::vector<std::string> lines,
+               const std::string& none) {
+  if (lines.empty()) lines.push_back(none);
+  return {{"type", "sentences"}, {"id", id}, {"title", title}, {"lines", std::move(lines)}};
+}
+
+Json fold(const std::string& id, const std::string& title, bool open, Json items) {
+  return {
+      {"type", "fold"}, {"id", id}, {"title", title}, {"open", open}, {"items", std::move(items)}};
+}
+
 Json section(const std::string& id, const std::string& title, Json items,
              const std::vector<std::string>& words) {
   return {{"id", id}, {"title", title}, {"words", words}, {"items", std::move(items)}};

@@ -1,4 +1,5 @@
-// Errors over the plane: heat, arrows, surfaces. One colour scale for all of one figure.
+// Errors over the plane: heat, arrows, surfaces. Before and after on one scale, after on its own
+// too.
 
 #include <fmt/format.h>
 
@@ -40,12 +41,22 @@ Field field_of(const Comparison& c) {
   return field;
 }
 
-double size_of(const Eigen::VectorXd& errors, bool position, int first) {
-  return position ? std::hypot(errors[first], errors[first + 1]) : std::abs(errors[first + 2]);
+double size_of(const Eigen::VectorXd& errors, Figure figure, int first) {
+  return figure == Figure::position_mm ? std::hypot(errors[first], errors[first + 1])
+                                       : std::abs(errors[first + 2]);
+}
+
+/// At the points: before (first = 0) or after (3).
+double largest_at(const Field& field, Figure figure, int first) {
+  double largest = 0;
+  for (Eigen::Index i = 0; i < field.errors.rows(); ++i) {
+    largest = std::max(largest, size_of(field.errors.row(i).transpose(), figure, first));
+  }
+  return largest;
 }
 
 /// The field between its points, inside their hull. x runs fastest.
-Json grid_json(const Field& field, const ThinPlate& surface, bool position) {
+Json grid_json(const Field& field, const ThinPlate& surface, Figure figure) {
   double low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
   for (const Place& p : field.places) {
     low_x = std::min(low_x, p.x_mm), high_x = std::max(high_x, p.x_mm);
@@ -65,8 +76,8 @@ Json grid_json(const Field& field, const ThinPlate& surface, bool position) {
         continue;
       }
       const Eigen::VectorXd errors = value_at(surface, at);
-      before.push_back(drawn(size_of(errors, position, 0)));
-      after.push_back(drawn(size_of(errors, position, 3)));
+      before.push_back(drawn(size_of(errors, figure, 0)));
+      after.push_back(drawn(size_of(errors, figure, 3)));
     }
   }
   return {{"x_mm", drawn(low_x)}, {"y_mm", drawn(low_y)}, {"step_mm", step}, {"columns", columns},
@@ -83,9 +94,9 @@ Json points_json(const Field& field) {
   return points;
 }
 
-std::string paper_number(const Comparison& c, bool position) {
-  const std::string id = fmt::format("{}-{}-{}", method_of(*c.job), c.paired.pairs.size(),
-                                     position ? "position" : "attitude");
+std::string paper_number(const Comparison& c, Figure figure) {
+  const std::string id =
+      fmt::format("{}-{}-{}", method_of(*c.job), c.paired.pairs.size(), word_of(figure));
   if (id == "lsq-80-position") return " (the paper's Fig. 9)";
   if (id == "lsq-80-attitude") return " (the paper's Fig. 10)";
   if (id == "idw-48-position") return " (the paper's Fig. 13)";
@@ -95,73 +106,62 @@ std::string paper_number(const Comparison& c, bool position) {
   return "";
 }
 
-Json surfaces(const Source& source, const Comparison& c, bool position) {
-  const std::string id =
-      fmt::format("surface-{}-{}", id_of(source, c), position ? "position" : "attitude");
-  const std::string title = fmt::format("{} error: {}{}", position ? "Position" : "Attitude",
-                                        words_of(c), paper_number(c, position));
-  const Field field = field_of(c);
-  const auto surface = thin_plate(field.places, field.errors);
-  if (!surface) return absent(id, title, "The points lie on one line: there is no surface.");
-  Json data = {{"unit", position ? "mm" : "deg"},
-               {"max", drawn(largest_error(source, position))},
-               {"grid", grid_json(field, *surface, position)}};
-  return figure({id, title,
-                 set_words(c) + ". Left before, right after, one scale; between the points a "
-                                "surface of least bending."},
-                "surfaces", std::move(data));
-}
+/// What both kinds of picture say of their colours.
+const char* small_unit(Figure figure) { return figure == Figure::position_mm ? "um" : "mdeg"; }
 
-Json maps(const Source& source, const Comparison& c, const std::string& id,
-          const std::string& title) {
-  const Field field = field_of(c);
-  const auto surface = thin_plate(field.places, field.errors);
-  if (!surface) return absent(id, title, "The points lie on one line: there is no map.");
-  Json grid = grid_json(field, *surface, true);
-  const double width = grid["step_mm"].get<double>() * kSteps;
-  double longest = 0;
-  for (Eigen::Index i = 0; i < field.errors.rows(); ++i) {
-    longest = std::max({longest, size_of(field.errors.row(i).transpose(), true, 0),
-                        size_of(field.errors.row(i).transpose(), true, 3)});
-  }
-  const double factor = magnification(longest, kArrow * width);
-  Json data = {{"unit", "mm"},
-               {"max", drawn(largest_error(source, true))},
-               {"grid", std::move(grid)},
-               {"points", points_json(field)},
-               {"magnification", factor}};
-  return figure(
-      {id, title,
-       fmt::format("{}. Arrows: from the target, {:g} times as long as the error. Colour: "
-                   "its length in mm, one scale for all maps of this page.",
-                   set_words(c), factor)},
-      "maps", std::move(data));
-}
+constexpr const char* kBetween =
+    "Between the points colour and height are interpolated, by a surface of least bending";
 
 }  // namespace
 
-Json verdict_section(const Source& source) {
-  const char* title = "Position error before and after";
-  const Comparison* best = headline(source);
-  Json items = Json::array();
-  items.push_back(
-      best == nullptr
-          ? absent("headline", title, "No calibration of this campaign has readings to judge it.")
-          : maps(source, *best, "headline", fmt::format("{}: {}", title, words_of(*best))));
-  return section("verdict", "Verdict", items);
+Json surface_figure(const Source& source, const Comparison& c, Figure figure) {
+  const bool position = figure == Figure::position_mm;
+  const std::string id = fmt::format("surface-{}-{}", id_of(source, c), word_of(figure));
+  const std::string title = fmt::format("{} error: {}{}", position ? "Position" : "Attitude",
+                                        words_of(c), paper_number(c, figure));
+  const Field field = field_of(c);
+  const auto surface = thin_plate(field.places, field.errors);
+  if (!surface) return absent(id, title, "The points lie on one line: there is no surface.");
+  return report::figure(
+      {id, title,
+       fmt::format("{}. Left and middle: before and after on one scale [{}]; right: after on its "
+                   "own [{}]. {}.",
+                   set_words(c), unit_of(figure), small_unit(figure), kBetween)},
+      "surfaces",
+      {{"unit", unit_of(figure)},
+       {"small_unit", small_unit(figure)},
+       {"max", drawn(largest_error(source, figure))},
+       {"max_after", drawn(largest_at(field, figure, 3))},
+       {"grid", grid_json(field, *surface, figure)}});
 }
 
-Json map_section(const Source& source) {
-  Json items = Json::array();
-  for (const Comparison& c : source.comparisons) {
-    items.push_back(maps(source, c, "map-" + id_of(source, c), "Position error: " + words_of(c)));
-    items.push_back(surfaces(source, c, true));
-    items.push_back(surfaces(source, c, false));
-  }
-  if (items.empty()) {
-    items.push_back(absent("maps", "Error maps", "No calibration was judged on readings yet."));
-  }
-  return section("maps", "Error maps, before and after", items);
+Json map_figure(const Source& source, const Comparison& c, const std::string& id,
+                const std::string& title) {
+  const Figure position = Figure::position_mm;
+  const Field field = field_of(c);
+  const auto surface = thin_plate(field.places, field.errors);
+  if (!surface) return absent(id, title, "The points lie on one line: there is no map.");
+  Json grid = grid_json(field, *surface, position);
+  const double arrow_mm = kArrow * grid["step_mm"].get<double>() * kSteps;
+  const double after = largest_at(field, position, 3);
+  const double factor = magnification(std::max(largest_at(field, position, 0), after), arrow_mm);
+  const double own_factor = magnification(after, arrow_mm);
+  return report::figure(
+      {id, title,
+       fmt::format(
+           "{}. Arrows: from the target, {:g} times as long as the error, on the right {:g} "
+           "times. Colour: its length; left and middle in mm, one scale for all maps of "
+           "this page; right after on its own scale in um. {}.",
+           set_words(c), factor, own_factor, kBetween)},
+      "maps",
+      {{"unit", unit_of(position)},
+       {"small_unit", small_unit(position)},
+       {"max", drawn(largest_error(source, position))},
+       {"max_after", drawn(after)},
+       {"grid", std::move(grid)},
+       {"points", points_json(field)},
+       {"magnification", factor},
+       {"magnification_after", own_factor}});
 }
 
 }  // namespace trammel::report

@@ -50,8 +50,8 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
                       .report = report};
   Json sections = Json::array();
   for (const auto section :
-       {verdict_section, plan_section, map_section, point_section, fit_section, circle_section,
-        contest_section, story_section, residual_section, facts_section}) {
+       {verdict_section, method_section, contest_section, story_section, residual_section,
+        circle_section, fit_section, plan_section, facts_section}) {
     sections.push_back(section(source));
   }
   if (tolerance_mm) {

@@ -5,8 +5,6 @@
 #include <algorithm>
 
 #include "app/report/print.hpp"
-#include "core/judge/deviation.hpp"
-#include "core/units.hpp"
 
 namespace trammel::report {
 
@@ -56,16 +54,32 @@ const Comparison* headline(const Source& source) {
   return &source.comparisons[static_cast<std::size_t>(best - source.report.tables.data()) / 2];
 }
 
-double largest_error(const Source& source, bool position) {
+const char* word_of(Figure figure) {
+  return figure == Figure::position_mm ? "position" : "attitude";
+}
+
+const char* unit_of(Figure figure) { return figure == Figure::position_mm ? "mm" : "deg"; }
+
+std::optional<Interval> mean_interval(const std::vector<double>& values) {
+  const std::vector<double> nothing(values.size(), 0.0);
+  return paired_difference(values, nothing);
+}
+
+std::string change_words(const Comparison& c, const Errors& errors) {
+  if (c.standing == Standing::unknown_epoch || !errors.improvement_pct) return "-";
+  const auto interval = improvement_interval_pct(errors.before, errors.after);
+  return fmt::format(
+      "{:+.1f} %{}", -*errors.improvement_pct,
+      interval ? fmt::format("\n({:+.1f} to {:+.1f})", -interval->high, -interval->low) : "");
+}
+
+double largest_error(const Source& source, Figure figure) {
   double largest = 0;
-  const auto look = [&largest, position](const Pose& pose, const Pose& target) {
-    largest = std::max(largest, position ? position_error_mm(pose, target)
-                                         : deg_from_rad(attitude_error_rad(pose, target)));
-  };
   for (const Comparison& c : source.comparisons) {
     for (const Pair& p : c.paired.pairs) {
-      look(*p.before->reading.measured, p.before->reading.target);
-      look(p.after, p.before->reading.target);
+      const Reading& before = p.before->reading;
+      largest = std::max({largest, error_in(figure, *before.measured, before.target),
+                          error_in(figure, p.after, before.target)});
     }
   }
   return largest;

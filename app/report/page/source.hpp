@@ -2,10 +2,14 @@
 // What the sections of a page are made from, read once.
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "app/report/methods.hpp"
 #include "app/report/page/item.hpp"
 #include "app/report/report.hpp"
+#include "core/statistics/bootstrap.hpp"
 
 namespace trammel::report {
 
@@ -24,8 +28,7 @@ struct Source {
 // says why.
 Json verdict_section(const Source& source);
 Json plan_section(const Source& source);
-Json map_section(const Source& source);
-Json point_section(const Source& source);
+Json method_section(const Source& source);
 Json fit_section(const Source& source);
 Json circle_section(const Source& source);
 Json contest_section(const Source& source);
@@ -43,7 +46,30 @@ std::string set_words(const Comparison& comparison);
 /// The comparison a reader wants first, as the verdict's sentence has it; null where there is none.
 const Comparison* headline(const Source& source);
 
+// What sections share.
+/// Maps of place (with `id` and `title`), and surfaces of place and attitude.
+Json map_figure(const Source& source, const Comparison& c, const std::string& id,
+                const std::string& title);
+Json surface_figure(const Source& source, const Comparison& c, Figure figure);
+Json by_point_figure(const Source& source, const Comparison& c, Figure figure);
+Json histogram_figure(const Source& source, const Comparison& c, Figure figure);
+/// Simulated against measured; null where the method believes no robot.
+Json simulated_figure(const Source& source, const Comparison& c);
+/// The effects that the last diagnosis named, one a row, with what makes each doubtful.
+Json named_table(const Source& source);
+
+/// "position", "attitude"
+const char* word_of(Figure figure);
+/// "mm", "deg"
+const char* unit_of(Figure figure);
+
+/// "-95.2 %", and below it "(-96.0 to -94.3)": the change of the mean with its 95 % interval, "-"
+/// where the points do not judge the method.
+std::string change_words(const Comparison& c, const Errors& errors);
+/// 95 % interval of the mean, points resampled; none for fewer than five.
+std::optional<Interval> mean_interval(const std::vector<double>& values);
+
 /// The largest error of any comparison, before or after, mm or deg: one colour scale for all maps.
-double largest_error(const Source& source, bool position);
+double largest_error(const Source& source, Figure figure);
 
 }  // namespace trammel::report

@@ -6,8 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/job/next_points_plan.hpp"
 #include "app/report/from_job.hpp"
 #include "app/report/page/source.hpp"
+#include "core/judge/deviation.hpp"
+#include "core/mechanism/displacements.hpp"
+#include "core/units.hpp"
 
 namespace trammel::report {
 
@@ -62,22 +66,26 @@ int decimals_of(double deviation) {
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(deviation))), 0, 12);
 }
 
-Json effects_table(const StoryRound& last) {
-  Json rows = Json::array();
-  for (const EffectRow& e : last.effects) {
-    for (const EffectRow::Value& v : e.values) {
-      const int decimals = decimals_of(v.std);
-      rows.push_back(Json::array({e.name, v.name, fmt::format("{:.{}f}", v.value, decimals),
-                                  fmt::format("{:.{}f}", v.std, decimals), v.unit}));
-    }
-    if (!e.seqs.empty()) {
-      rows.push_back(Json::array({e.name, "readings", fmt::format("{}", e.seqs.size()), "-", ""}));
-    }
+/// "k_1 0.00377 +- 0.00015, k_2 0.00251 +- 0.00015"; the unit where it is another than the one
+/// before.
+std::string value_words(const EffectRow& effect) {
+  std::string text;
+  for (std::size_t k = 0; k < effect.values.size(); ++k) {
+    const EffectRow::Value& v = effect.values[k];
+    const int decimals = decimals_of(v.std);
+    const bool last = k + 1 == effect.values.size() || effect.values[k + 1].unit != v.unit;
+    text += fmt::format("{}{} {:.{}f} +- {:.{}f}{}", text.empty() ? "" : ", ", v.name, v.value,
+                        decimals, v.std, decimals, last && v.unit != "1" ? " " + v.unit : "");
   }
-  if (rows.empty()) return absent("effects", "Named effects", "No effect was named.");
-  return table({"effects", "Named effects, values of the last round",
-                "std: one standard deviation, from the fitted readings"},
-               {"effect", "parameter", "value", "std", "unit"}, rows);
+  if (!effect.seqs.empty()) text = fmt::format("{} readings", effect.seqs.size());
+  return text;
+}
+
+std::string chance_words(const EffectRow& effect) {
+  if (!effect.seqs.empty()) return "left out of all fits";
+  return fmt::format("{:.1f} % of what is explained; {}", 100 * effect.share_of_gap,
+                     effect.p < 1e-6 ? "by chance: less than 1 in a million"
+                                     : fmt::format("by chance: p = {:.1g}", effect.p));
 }
 
 Json rivals_table(const StoryRound& last) {
@@ -122,11 +130,45 @@ Json audit_table(const Json& details) {
                rows);
 }
 
-Json next_points(const Source& source, const Json& details) {
+/// Whether a visit is what a point asks for: there, turned and approached so.
+bool answers(const Visit& visit, const PlannedPoint& asked) {
+  constexpr double kSame = 1e-6;  // mm and rad: a plan keeps nine decimals
+  const Eigen::Vector3d off = pose_difference(visit.reading.target, asked.target);
+  if (off.cwiseAbs().maxCoeff() > kSame) return false;
+  const Conditions& c = visit.reading.conditions;
+  const Eigen::Vector3d came = directions_of(c.cmd_mm - c.from_mm);
+  for (int i = 0; i < kChains; ++i) {
+    const int from = asked.approach[static_cast<std::size_t>(i)];
+    if (from != 0 && came[i] != from) return false;
+  }
+  return true;
+}
+
+/// The points that the last diagnosis asks for, less those measured since.
+std::vector<PlannedPoint> still_asked(const Source& source, const store::Job& job,
+                                      const Json& details) {
+  std::vector<PlannedPoint> points = job::next_points_plan(details).points;
+  const auto& used = job.data.sessions;
+  for (const Walk& walk : source.measured.walks) {
+    if (std::ranges::find(used, walk.session.id) != used.end()) continue;
+    for (const Visit& visit : walk.visits) {
+      const auto met = std::ranges::find_if(
+          points, [&visit](const PlannedPoint& asked) { return answers(visit, asked); });
+      if (met != points.end()) points.erase(met);
+    }
+  }
+  return points;
+}
+
+Json next_points(const Source& source, const store::Job& job, const Json& details) {
   const char* title = "Where to measure next";
-  const Json* points = find(details, "next_points");
-  if (points == nullptr || points->empty()) {
-    return absent("next-points", title, "The last diagnosis needs no more points.");
+  const std::vector<PlannedPoint> points = still_asked(source, job, details);
+  if (points.empty()) {
+    return absent(
+        "next-points", title,
+        details.at("next_points").empty()
+            ? "The last diagnosis needs no more points."
+            : "All points that the last diagnosis asked for are measured: diagnose again.");
   }
   Json fitted_targets = Json::array(), next = Json::array();
   for (const Walk& walk : source.measured.walks) {
@@ -136,34 +178,52 @@ Json next_points(const Source& source, const Json& details) {
           Json::array({drawn(v.reading.target.x_mm), drawn(v.reading.target.y_mm)}));
     }
   }
-  for (const Json& p : *points) {
+  for (const PlannedPoint& p : points) {
     std::string approach;
-    for (const Json& a : p.at("approach")) approach += a.get<int>() > 0 ? '+' : '-';
-    next.push_back({{"x_mm", p.at("x_mm")},
-                    {"y_mm", p.at("y_mm")},
-                    {"phi_deg", p.at("phi_deg")},
+    for (const int a : p.approach) approach += a > 0 ? '+' : a < 0 ? '-' : '0';
+    next.push_back({{"x_mm", drawn(p.target.x_mm)},
+                    {"y_mm", drawn(p.target.y_mm)},
+                    {"phi_deg", drawn(deg_from_rad(p.target.phi_rad))},
                     {"approach", approach},
-                    {"why", p.at("why")}});
+                    {"why", p.group}});
   }
   return figure({"next-points", title,
-                 fmt::format("{} points that would tell most [mm]: small marks are where was "
-                             "measured. trammel plan and session run take them as they are.",
+                 fmt::format("{} points that would tell most [mm]; small marks are where was "
+                             "measured. Beside each its orientation in deg and the direction in "
+                             "which each rail approaches it. trammel plan and session run take "
+                             "them as they are.",
                              next.size())},
                 "next-points", {{"measured", fitted_targets}, {"next", next}});
 }
 
-/// Points of the newest round that asked for some: the last may ask for none.
-Json asking_details(const Source& source, const Json& last) {
-  if (!last.at("next_points").empty()) return last;
-  for (auto round = source.report.story.rbegin(); round != source.report.story.rend(); ++round) {
-    if (round->n_next_points == 0) continue;
-    const store::Job job = store::get_job(source.connection, round->job_id);
-    return Json::parse(job.data.result_json).at("details");
-  }
-  return last;
-}
-
 }  // namespace
+
+Json named_table(const Source& source) {
+  const char* title = "Named effects";
+  if (source.report.story.empty()) {
+    return absent("named", title, "No diagnosis was made: trammel diagnose CAMPAIGN.");
+  }
+  const StoryRound& last = source.report.story.back();
+  Json rows = Json::array();
+  for (const EffectRow& e : last.effects) {
+    rows.push_back(Json::array({e.name, value_words(e), chance_words(e)}));
+  }
+  for (const RivalRow& r : last.rivals) {
+    rows.push_back(
+        Json::array({"rival: " + r.names, "explains the readings about as well",
+                     r.structural ? "the same on these points"
+                                  : fmt::format("{:.2g} : 1 for the named set", r.odds)}));
+  }
+  for (const auto& [name, probability] : last.may_also_hold) {
+    rows.push_back(Json::array(
+        {name, "not named, may also hold", fmt::format("{:.0f} %", 100 * probability)}));
+  }
+  if (rows.empty()) rows.push_back(Json::array({"none", "no effect was named", "-"}));
+  return table({"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),
+                "+-: one standard deviation, from the fitted readings. Doubt: what chance or other "
+                "effects could do as well."},
+               {"effect", "value", "doubt"}, rows);
+}
 
 Json story_section(const Source& source) {
   const char* title = "Where simulation and measurement part, and why";
@@ -189,10 +249,9 @@ Json story_section(const Source& source) {
     for (const Json& note : *notes) words.push_back(note.get<std::string>());
   }
   const StoryRound& last = source.report.story.back();
-  items.push_back(effects_table(last));
   items.push_back(rivals_table(last));
   items.push_back(audit_table(details));
-  items.push_back(next_points(source, asking_details(source, details)));
+  items.push_back(next_points(source, diagnosis->second, details));
   return section("story", title, items, words);
 }
 

@@ -2,6 +2,10 @@
 
 #include "app/report/page/page.hpp"
 
+#include <fmt/format.h>
+
+#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -39,16 +43,21 @@ class Imported {
   tests::TemporaryFolder folder_;
 };
 
-/// Every figure and table of the page by its id; each id stands once.
-std::map<std::string, report::Json> items(const report::Json& page) {
-  std::map<std::string, report::Json> all;
-  for (const auto& section : page.at("sections")) {
-    for (const auto& item : section.at("items")) {
-      const std::string id = item.at("id");
-      CAPTURE(id);
-      CHECK(all.emplace(id, item).second);
-    }
+using Items = std::map<std::string, report::Json>;
+
+void take_items(const report::Json& of, Items& all) {
+  for (const auto& item : of.at("items")) {
+    const std::string id = item.at("id");
+    CAPTURE(id);
+    CHECK(all.emplace(id, item).second);
+    if (item.contains("items")) take_items(item, all);
   }
+}
+
+/// Everything on the page by its id, what is folded too; each id stands once.
+Items items(const report::Json& page) {
+  Items all;
+  for (const auto& section : page.at("sections")) take_items(section, all);
   return all;
 }
 
@@ -66,7 +75,8 @@ TEST_CASE("a page's data is valid against its schema, before and after any calib
   const auto page = bare.page();
   CHECK(tests::schema_errors(nlohmann::json::parse(page.dump()), "report-page.schema.json") == "");
   const auto of_bare = items(page);
-  for (const char* id : {"headline", "maps", "circles", "network", "gap", "contest"}) {
+  for (const char* id :
+       {"headline", "before-after", "named", "methods", "circles", "network", "gap", "contest"}) {
     CAPTURE(id);
     CHECK(of_bare.at(id).at("absent").get<std::string>().size() > 10);
   }
@@ -121,6 +131,99 @@ TEST_CASE("errors by point have the mean that the report's table says", "[report
   }
 }
 
+TEST_CASE(
+    "the first screen has every warning that the calibrations print, and the chosen method first",
+    "[report]") {
+  const Imported imported({"lsq", "rbf"});
+  imported.run({"diagnose", "drive-error"});
+  const report::Json page = imported.page();
+  const report::Json& first = page.at("sections").at(0);
+  std::map<std::string, report::Json> shown;
+  for (const auto& item : first.at("items")) shown[item.at("id")] = item;
+  REQUIRE(shown.size() == 4);
+
+  // Of the sentences that calibrate prints, those are warnings that say so or sound the alarm.
+  std::string warned;
+  for (const std::string line : shown.at("warnings").at("lines")) warned += line + "\n";
+  int n = 0;
+  for (const char* stage : {"lsq", "rbf"}) {
+    const tests::Finished again =
+        run_program({"calibrate", stage, "drive-error", "--json"}, imported.path());
+    for (const std::string sentence : nlohmann::json::parse(again.out).at("words")) {
+      if (!sentence.starts_with("warning: ") && !sentence.starts_with("absorption alarm")) continue;
+      ++n;
+      const std::size_t from = sentence.find(": ") + 2;
+      const std::string middle = sentence.substr(from, sentence.find(": ", from) - from);
+      CHECK_THAT(warned, Contains(middle));
+    }
+  }
+  CHECK(n > 2);
+  CHECK_THAT(warned, Contains("lsq, rbf") || !Contains("nothing of these readings"));
+
+  const auto& rows = shown.at("before-after").at("rows");
+  const tests::Finished json = run_program({"report", "drive-error", "--json"}, imported.path());
+  for (const auto& t : nlohmann::json::parse(json.out).at("tables")) {
+    if (t.at("method") != "model" || t.at("figure") != "position") continue;
+    if (t.at("judged") != "held-out") continue;
+    CHECK(rows.at(0).at(0).get<std::string>().starts_with("model"));
+    CHECK_THAT(rows.at(0).at(2).get<std::string>(),
+               Contains(fmt::format("{:.4f}\n(", t.at("after").at("mean").get<double>())));
+    CHECK_THAT(page.at("verdict").get<std::string>(),
+               Contains(fmt::format("{:.4f} mm", t.at("after").at("mean").get<double>())));
+  }
+  CHECK_THAT(rows.at(0).at(3).get<std::string>(), Contains(" %\n(") && Contains(" to "));
+  CHECK(shown.at("named").at("rows").at(0).at(1).get<std::string>().find("+-") !=
+        std::string::npos);
+
+  int open = 0;
+  for (const auto& [id, item] : items(page)) open += item.value("open", false) ? 1 : 0;
+  CHECK(open == 1);
+}
+
+TEST_CASE("points are asked for with orientation and approach, until they are measured",
+          "[report]") {
+  const tests::TemporaryFolder folder;
+  const auto run = [&folder](const std::vector<std::string>& words) {
+    const tests::Finished finished = run_program(words, folder.path());
+    CAPTURE(words, finished.err);
+    REQUIRE(finished.exit_code == 0);
+  };
+  const auto measure = [&run](const std::string& plan) {
+    const std::string robot = "sim:" + tests::source_folder() + "/examples/paper/robot.json";
+    run({"session", "run", "lab", "--plan", plan, "--session", plan, "--stage", robot});
+  };
+  const auto asked = [&folder] {
+    store::Connection db = store::open(folder.path() / "trammel.db", store::Access::read_only);
+    return items(report::page_json(db, store::require_campaign(db, "lab"))).at("next-points");
+  };
+  run({"plan", "create", "paper-80", "--out", "first.json"});
+  measure("first.json");
+  run({"diagnose", "lab"});
+  const report::Json before = asked();
+  REQUIRE(before.contains("data"));
+  const report::Json& next = before.at("data").at("next");
+  REQUIRE(next.size() > 3);
+  for (const auto& point : next) {
+    CHECK(point.at("approach").get<std::string>().find_first_not_of("+-0") == std::string::npos);
+    CHECK(point.contains("phi_deg"));
+  }
+
+  run({"plan", "create", "next-points", "--campaign", "lab", "--out", "next.json"});
+  report::Json plan = report::Json::parse(tests::read_text(folder.path() / "next.json"));
+  plan.at("points").erase(plan.at("points").begin() + 2, plan.at("points").end());
+  std::ofstream(folder.path() / "two.json") << plan.dump();
+  measure("two.json");
+  const report::Json after = asked();
+  CHECK(after.at("data").at("next").size() == next.size() - 2);
+  CHECK(after.at("data").at("next").at(0) == next.at(2));
+
+  plan = report::Json::parse(tests::read_text(folder.path() / "next.json"));
+  plan.at("points").erase(plan.at("points").begin(), plan.at("points").begin() + 2);
+  std::ofstream(folder.path() / "rest.json") << plan.dump();
+  measure("rest.json");
+  CHECK_THAT(asked().at("absent").get<std::string>(), Contains("are measured: diagnose again"));
+}
+
 TEST_CASE("a page is one file that names its style and script by hash and asks for nothing else",
           "[report]") {
   const Imported imported({"lsq"});
@@ -130,6 +233,9 @@ TEST_CASE("a page is one file that names its style and script by hash and asks f
   CHECK_THAT(html, Contains("default-src 'none'; script-src 'sha256-") &&
                        Contains("style-src 'sha256-") && !Contains("unsafe-") &&
                        !Contains("<link") && !Contains(" src=\""));
+  for (const char* notice :
+       {"Apache License", "echarts 6", "claygl 1", "zrender 6", "echarts-gl 2"})
+    CHECK_THAT(html, Contains(notice));
   CHECK(html.find("<script", html.find("<script", html.find("<script") + 1) + 1) ==
         std::string::npos);
 

@@ -33,6 +33,8 @@ TEST_CASE("a status counts what happened: points, failed tries by class, deviati
   SessionStatus status = status_of(db, campaign, "s", std::nullopt);
   CHECK(status.simulated);
   CHECK(status.state == "stopped");
+  CHECK_FALSE(status.detail.empty());
+  CHECK_THROWS_WITH(run(db, request_for(small_plan()), {}), Contains("resume it"));
   CHECK(status.n_ok == 9);
   CHECK(status.n_points == 16);
   CHECK(status.retries == std::map<std::string, int>{{"beam broken", 2}, {"unstable", 1}});
@@ -48,7 +50,10 @@ TEST_CASE("a status counts what happened: points, failed tries by class, deviati
   REQUIRE(resume(db, "c", "s", {}).state == State::done);
   status = status_of(db, campaign, "s", std::nullopt);
   CHECK(status.state == "done");
+  CHECK(status.detail.empty());
   CHECK(status.epoch == 2);
+  CHECK_THROWS_WITH(run(db, request_for(small_plan()), {}),
+                    Contains("finished session") && !Contains("resume it"));
   REQUIRE(status.drift.size() == 3);
   for (const auto& d : status.drift) {
     CHECK(d.epoch == 2);
@@ -91,14 +96,16 @@ TEST_CASE("a runner that says nothing for too long is stalled; one that is pause
   REQUIRE(running);
   CHECK(running->state == "running");
   CHECK(running->process == 1);
+  CHECK(running->detail.empty());  // what was left when it began is not what is left now
   CHECK_FALSE(running->stalled);
   REQUIRE(running->left_s);
   CHECK_THAT(*running->left_s, WithinAbs(6 * *running->seconds_per_point, 1e-9));
   if (!stalled || !paused) return;  // around midnight
   CHECK(stalled->stalled);
   CHECK(stalled->silent_s >= 60);
-  CHECK_THAT(status_text(*stalled), Contains("STALLED"));
+  CHECK_THAT(status_text(*stalled), Contains("STALLED") && Contains(" min (alarm after 1:00 min)"));
   CHECK(paused->state == "paused");
+  CHECK(paused->detail == "by the operator");
   CHECK_FALSE(paused->stalled);
 }
 

@@ -40,7 +40,7 @@ const { metafile } = await build({
   minify: true,
   format: 'iife',
   target: 'es2020',
-  legalComments: 'none',
+  legalComments: 'none',  // the page ends with the whole terms
   nodePaths: [modules],
   plugins: [withSuffix, withoutEval],
   logLevel: 'warning',

@@ -2,14 +2,14 @@
 import { init, setPlatformAPI, use } from 'echarts/core';
 import { BarChart, CustomChart, LineChart, ScatterChart } from 'echarts/charts';
 import {
-  GridComponent, LegendComponent, MarkLineComponent, TitleComponent, TooltipComponent,
+  AriaComponent, GridComponent, LegendComponent, MarkLineComponent, TitleComponent, TooltipComponent,
   VisualMapComponent,
 } from 'echarts/components';
 import { CanvasRenderer, SVGRenderer } from 'echarts/renderers';
 import { SurfaceChart } from 'echarts-gl/charts';
 import { Grid3DComponent } from 'echarts-gl/components';
 
-use([BarChart, CustomChart, LineChart, ScatterChart, GridComponent, LegendComponent,
+use([BarChart, CustomChart, LineChart, ScatterChart, AriaComponent, GridComponent, LegendComponent,
   MarkLineComponent, TitleComponent, TooltipComponent, VisualMapComponent, SVGRenderer,
   CanvasRenderer, SurfaceChart, Grid3DComponent]);
 
@@ -53,7 +53,23 @@ export function axis(name, more = {}) {
   };
 }
 
-export const legend = (more = {}) => ({ top: 0, itemWidth: 18, textStyle: text, ...more });
+const kItem = 18, kGap = 10, kRow = 24;  // px of a legend
+
+// A legend of these names above the figure, and where the figure may begin: the library breaks a
+// legend into as many rows as it needs, and lets them lie over what stands below.
+export function legendAbove(names, width, more = {}) {
+  context.font = `12px ${text.fontFamily}`;
+  let rows = 1, at = 0;
+  names.forEach((name) => {
+    const wide = kItem + 5 + context.measureText(name.name ?? name).width;
+    if (at > 0 && at + wide > width - 20) { rows += 1; at = 0; }
+    at += wide + kGap;
+  });
+  return {
+    legend: { type: 'plain', top: 0, itemWidth: kItem, itemGap: kGap, width: width - 10, textStyle: text, data: names, ...more },
+    top: 10 + kRow * rows, rows,
+  };
+}
 
 // A dashed line at a value, named in the legend.
 export function floorLine(value, words, unit) {
@@ -61,12 +77,14 @@ export function floorLine(value, words, unit) {
   const lineStyle = { color: colours.floor, type: 'dashed', width: 1.5 };
   return [{
     type: 'line', name: `${words} ${value.toFixed(4)} ${unit}`, data: [], symbol: 'none', lineStyle, itemStyle: { color: colours.floor },
-    markLine: { silent: true, symbol: 'none', lineStyle, label: { show: false }, data: [{ yAxis: value }] },
+    // Else the library rounds the value to two decimals before it draws it.
+    markLine: { precision: -1, silent: true, symbol: 'none', lineStyle, label: { show: false }, data: [{ yAxis: value }] },
   }];
 }
 
 // Panels of one width side by side, or below each other where the page is narrow.
-export function panels(width, count, { least = 300, ratio = 1, left = 52, right = 14, top = 46, bottom = 44 } = {}) {
+// `above`: room for a legend over all of them.
+export function panels(width, count, { least = 300, ratio = 1, left = 52, right = 14, top = 30, bottom = 44, above = 16 } = {}) {
   const columns = Math.max(1, Math.min(count, Math.floor(width / least)));
   const cell = width / columns;
   const inner = cell - left - right;
@@ -75,11 +93,11 @@ export function panels(width, count, { least = 300, ratio = 1, left = 52, right 
   for (let k = 0; k < count; k += 1) {
     boxes.push({
       left: (k % columns) * cell + left,
-      top: Math.floor(k / columns) * (height + top + bottom) + top,
+      top: above + Math.floor(k / columns) * (height + top + bottom) + top,
       width: inner, height,
     });
   }
-  return { boxes, height: Math.ceil(count / columns) * (height + top + bottom) };
+  return { boxes, columns, height: above + Math.ceil(count / columns) * (height + top + bottom) };
 }
 
 export const panelTitle = (box, words) => ({
@@ -92,7 +110,19 @@ export const polyline = (points, colour, lineWidth, more = {}) => ({
   type: 'line', data: points, symbol: 'none', lineStyle: { color: colour, width: lineWidth }, itemStyle: { color: colour }, silent: true, ...more,
 });
 
+// Black or white, whichever stands out more from a colour "#rrggbb" (WCAG 2: by relative luminance).
+export function wordsOn(colour) {
+  const [r, g, b] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16) / 255)
+    .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+  const light = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  return 1.05 / (light + 0.05) > (light + 0.05) / 0.05 ? '#ffffff' : '#000000';
+}
+
 // Words over marks.
 export const onWhite = { backgroundColor: 'rgba(255,255,255,0.75)', padding: [1, 2] };
 export const mm = (v) => `${v.toFixed(4)} mm`;
+// In the small unit: um for mm, mdeg for deg.
+export const kSmall = 1000;
 export const both = ['before', 'after'];
+// A number without the tail that sums of decimals grow: 59.999999999999986 is 60.
+export const plain = (v) => String(Number(v.toPrecision(6)));

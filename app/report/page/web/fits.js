@@ -1,20 +1,20 @@
 // Shares, fits and methods.
-import { axis, base, colours, floorLine, ink, legend, mm, onWhite, panels, panelTitle, polyline } from './chart.js';
+import { axis, base, both, colours, floorLine, ink, legendAbove, mm, onWhite, panels, panelTitle, polyline, wordsOn } from './chart.js';
 
 export function sensitivity(data, width) {
   const chains = [['#0b3c5d', '#1f6fb4', '#5b9bd5', '#8fbce6', '#b9d6f2', '#dbe9f8'], ['#7a3100', '#d95f02', '#f08a3c', '#f5a96b', '#f9c69b', '#fde3cd'],
     ['#0d4f3c', '#1b9e77', '#4dbb98', '#7fd0b5', '#aee2d0', '#d7f1e8']];
   const rows = ['x', 'y', 'phi'];
+  const { legend, top } = legendAbove(data.sources, width);
   return {
-    height: 236 + 24 * Math.ceil((18 * 74) / width),
+    height: top + 216,
     option: {
-      ...base, legend: legend({ bottom: 0, top: undefined, type: 'plain', itemWidth: 12, itemGap: 8, width: width - 40 }),
-      grid: { left: 56, right: 22, top: 10, height: 170 },
+      ...base, legend, grid: { left: 56, right: 22, top, height: 170 },
       xAxis: axis('share of the error [%]', { min: 0, max: 100, scale: false }),
       yAxis: { type: 'category', data: rows, inverse: true, axisLabel: { color: ink, fontSize: 13 } },
       series: data.sources.map((name, j) => ({
         type: 'bar', stack: 'all', name, data: data.rows.map((r) => r[j]), itemStyle: { color: chains[Math.floor(j / 6)][j % 6], borderColor: '#fff', borderWidth: 0.5 },
-        label: { show: true, formatter: (p) => (p.value >= 6 ? name : ''), color: j % 6 < 2 ? '#fff' : ink, fontSize: 11 },
+        label: { show: true, formatter: (p) => (p.value >= 6 ? name : ''), color: wordsOn(chains[Math.floor(j / 6)][j % 6]), fontSize: 11 },
         tooltip: { formatter: (p) => `${name}: ${p.value.toFixed(2)} % of the error in ${rows[p.dataIndex]}` },
       })),
       tooltip: { ...base.tooltip, trigger: 'item' },
@@ -23,7 +23,8 @@ export function sensitivity(data, width) {
 }
 
 export function network(data, width) {
-  const { boxes, height } = panels(width, 3, { least: 240, top: 56 });
+  const { legend, top } = legendAbove(data.sets.map((s) => s.name), width);
+  const { boxes, height } = panels(width, 3, { least: 240, above: top });
   const look = { 'in-sample': { color: colours.fitted }, 'held-out': { color: 'transparent', borderColor: colours.unseen, borderWidth: 1.4 } };
   const series = [], xAxis = [], yAxis = [];
   boxes.forEach((_, k) => {
@@ -41,7 +42,7 @@ export function network(data, width) {
   return {
     height,
     option: {
-      ...base, grid: boxes, xAxis, yAxis, series, legend: legend({ data: data.sets.map((s) => s.name) }),
+      ...base, grid: boxes, xAxis, yAxis, series, legend,
       title: boxes.map((b, k) => panelTitle(b, `joint ${k + 1}`)), tooltip: { ...base.tooltip, trigger: 'item' },
     },
   };
@@ -56,22 +57,26 @@ const whisker = (params, api) => {
 };
 
 export function contest(data, width) {
-  const names = data.bars.map((b) => `${b.method}\n${b.judged}\nn = ${b.n}`);
+  const narrow = width < 100 * data.bars.length;  // names stand upright
+  const names = data.bars.map((b) => [b.method, b.judged, `n = ${b.n}`].join(narrow ? ', ' : '\n'));
+  const whiskers = '95 % interval of the mean';
+  const floor = floorLine(data.floor, 'mean length of a perfect reading', 'mm');
+  const { legend, top } = legendAbove([...both, whiskers, ...floor.map((line) => line.name)], width);
   return {
-    height: 330,
+    height: top + (narrow ? 420 : 300),
     option: {
-      ...base, legend: legend(), grid: { left: 58, right: 18, top: 34, bottom: 66 },
-      xAxis: { type: 'category', data: names, axisLabel: { color: ink, fontSize: width < 500 ? 9 : 11, lineHeight: 15, interval: 0 }, axisTick: { show: false } },
+      ...base, legend, grid: { left: 58, right: 18, top, bottom: narrow ? 170 : 66 },
+      xAxis: { type: 'category', data: names, axisLabel: { color: ink, fontSize: 11, lineHeight: 15, interval: 0, rotate: narrow ? 90 : 0 }, axisTick: { show: false } },
       yAxis: axis('mean position error [mm]', { min: 0, scale: false, nameGap: 42 }),
       series: [
-        { type: 'bar', name: 'before', data: data.bars.map((b) => b.before), itemStyle: { color: colours.pale }, barGap: '-100%', barWidth: '62%' },
+        { type: 'bar', name: 'before', data: data.bars.map((b) => b.before), itemStyle: { color: colours.pale, borderColor: colours.before }, barGap: '-100%', barWidth: '62%' },
         {
           type: 'bar', name: 'after', data: data.bars.map((b) => b.after), itemStyle: { color: colours.after }, barWidth: '62%', z: 3,
-          label: { show: true, position: 'top', distance: 14, formatter: (p) => p.value.toFixed(4), color: ink, fontSize: 11, ...onWhite },
+          label: { show: !narrow, position: 'top', distance: 14, formatter: (p) => p.value.toFixed(4), color: ink, fontSize: 11, ...onWhite },
         },
-        { type: 'custom', name: '95 % interval of the mean', renderItem: whisker, z: 5, itemStyle: { color: ink },
+        { type: 'custom', name: whiskers, renderItem: whisker, z: 5, itemStyle: { color: ink },
           data: data.bars.map((b, i) => [i, b.low ?? b.after, b.high ?? b.after]), silent: true },
-        ...floorLine(data.floor, 'mean length of a perfect reading', 'mm'),
+        ...floor,
       ],
       tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => (typeof v === 'number' ? mm(v) : '') },
     },

@@ -1,7 +1,6 @@
 // The top of the live page: how the session is doing, asked for again and again.
 import { element } from './dom.js';
-import { init } from './chart.js';
-import { kinds } from './figures.js';
+import { drawFlat, numbers } from './figure.js';
 
 const kEvery_ms = 1000;
 
@@ -21,7 +20,7 @@ function facts(status) {
     ['session', `${status.session} (${status.plan}${status.compensated ? ', compensated' : ''})`],
     ['state', status.detail ? `${status.state}: ${status.detail}` : status.state],
     ['points', `${status.n_ok} of ${status.n_points}, epoch ${status.epoch}`],
-    ['time left', status.state === 'done' ? 'none' : duration(status.left_s)],
+    ['time left', status.n_ok === status.n_points ? 'none' : duration(status.left_s)],
     ['last stored', `${duration(status.silent_s)} ago (${status.last_utc})`],
     ['retries', retries.length ? retries.join(', ') : 'none'],
     ['base nests', baseNests(status.base)],
@@ -41,8 +40,9 @@ function baseNests(looks) {
 class Chart {
   constructor(parent, kind, title) {
     this.kind = kind;
+    this.title = title;
     this.box = element('div', { class: 'chart' });
-    this.figure = element('figure', { id: `live-${kind}`, 'data-kind': kind }, element('h3', {}, title), this.box);
+    this.figure = element('figure', { id: `live-${kind}`, 'data-kind': kind }, element('h3', {}, title), this.box, numbers(() => this.item));
     parent.append(this.figure);
   }
 
@@ -56,11 +56,8 @@ class Chart {
       return;
     }
     if (!this.chart) this.box.replaceChildren();
-    const width = this.box.clientWidth;
-    const { height, option } = kinds[this.kind](rows, width);
-    this.chart ??= init(this.box, null, { renderer: 'svg', width, height });
-    this.chart.resize({ width, height });
-    this.chart.setOption(option, { notMerge: true });
+    this.item = { kind: this.kind, title: this.title, data: rows };
+    drawFlat(this, this.box.clientWidth);
     this.figure.dataset.state = 'drawn';
   }
 }
@@ -69,7 +66,7 @@ class Chart {
 /// a session has come to another state.
 export function watch(url, parent, changed) {
   const alarm = element('p', { class: 'alarm', role: 'alert' });
-  const bar = element('progress', { max: 1, value: 0 });
+  const bar = element('progress', { max: 1, value: 0, 'aria-label': 'points measured' });
   const table = element('tbody');
   parent.append(element('h2', {}, 'Now'), alarm, bar, element('table', { class: 'now' }, table));
   const deviations = new Chart(parent, 'deviations', 'Last deviations, measured - target');

@@ -1,5 +1,5 @@
 // The gap, the residuals, the conditions.
-import { axis, base, colours, floorLine, ink, legend, mm, onWhite, panels, panelTitle, polyline } from './chart.js';
+import { axis, base, colours, floorLine, ink, legendAbove, mm, onWhite, panels, panelTitle, polyline } from './chart.js';
 
 export function waterfall(data, width) {
   const sets = [['fitted', 'fitted (in-sample)', colours.fitted, colours.palest], ['unseen', 'unseen (held-out)', colours.unseen, colours.pale]]
@@ -17,11 +17,13 @@ export function waterfall(data, width) {
     });
   });
   const floor = floorLine(data.floor, 'sigma per coordinate', 'mm');
+  const { legend, top } = legendAbove([...sets.map((set) => set[1]), ...floor.map((f) => f.name)], width);
+  const narrow = width < 90 * data.steps.length;  // names stand upright
   return {
-    height: 300,
+    height: top + (narrow ? 380 : 266),
     option: {
-      ...base, legend: legend({ data: [...sets.map((s) => s[1]), ...floor.map((f) => f.name)] }), grid: { left: 58, right: 18, top: 34, bottom: 34 },
-      xAxis: { type: 'category', data: data.steps.map((s) => s.model), axisLabel: { color: ink, fontSize: 12, interval: 0 }, axisTick: { show: false } },
+      ...base, legend, grid: { left: 58, right: 18, top, bottom: narrow ? 148 : 34 },
+      xAxis: { type: 'category', data: data.steps.map((s) => s.model), axisLabel: { color: ink, fontSize: 12, interval: 0, rotate: narrow ? 90 : 0 }, axisTick: { show: false } },
       yAxis: axis('rms per coordinate [mm]', { min: 0, scale: false, nameGap: 42 }), series: [...series, ...floor],
       tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => (typeof v === 'number' ? mm(v) : '-') },
     },
@@ -31,17 +33,19 @@ export function waterfall(data, width) {
 // Full marks: fitted; open: unseen.
 const mark = (colour, isFitted) => (isFitted ? { color: colour, opacity: 0.75 } : { color: 'transparent', borderColor: colour, borderWidth: 1.2 });
 
+const marks = ['circle', 'triangle', 'rect'];  // of the rails: colours are not all there is
+
 const directions = { min: -2, max: 2, interval: 1, axisLabel: { formatter: (v) => ({ '-1': '-', 0: '0', 1: '+' })[v] ?? '', color: ink, fontSize: 13 } };
 
 function scatterOf(points, rail, isFitted, on) {
   return {
-    type: 'scatter', name: `rail ${rail + 1}`, ...on, data: points, symbolSize: 5, itemStyle: mark(colours.rails[rail], isFitted),
+    type: 'scatter', name: `rail ${rail + 1}`, ...on, data: points, symbol: marks[rail], symbolSize: 6, itemStyle: mark(colours.rails[rail], isFitted),
     tooltip: { formatter: (p) => `rail ${rail + 1}, ${isFitted ? 'fitted' : 'unseen'}: ${mm(p.value[1])}` },
   };
 }
 
 const rails = [0, 1, 2];
-const railLegend = () => legend({ data: rails.map((k) => ({ name: `rail ${k + 1}`, itemStyle: { color: colours.rails[k], opacity: 1 } })) });
+const railNames = rails.map((k) => ({ name: `rail ${k + 1}`, itemStyle: { color: colours.rails[k], opacity: 1 } }));
 
 export function residuals(data, width) {
   const jitter = (i, k) => 0.09 * (k - 1) + 0.05 * (((i * 37) % 11) / 11 - 0.5);
@@ -67,12 +71,13 @@ export function residuals(data, width) {
   }));
   return {
     height: 30 + 2 * Math.ceil(recorded.length / columns) * (high + 48),
-    option: { ...base, grid, xAxis, yAxis, series, legend: railLegend(), tooltip: { ...base.tooltip, trigger: 'item' } },
+    option: { ...base, grid, xAxis, yAxis, series, legend: legendAbove(railNames, width).legend, tooltip: { ...base.tooltip, trigger: 'item' } },
   };
 }
 
 export function effect(data, width) {
-  const { boxes, height } = panels(width, 3, { least: 240, ratio: 0.8, top: 54 });
+  const { legend, top } = legendAbove(['the effect as fitted'], width);
+  const { boxes, height } = panels(width, 3, { least: 240, ratio: 0.8, above: top });
   const discrete = data.axis.startsWith('direction');
   const series = [];
   data.rails.forEach((points, k) => {
@@ -98,7 +103,7 @@ export function effect(data, width) {
   return {
     height,
     option: {
-      ...base, grid: boxes, series, legend: legend({ data: ['the effect as fitted'] }), title: boxes.map((b, k) => panelTitle(b, `rail ${k + 1}`)),
+      ...base, grid: boxes, series, legend, title: boxes.map((b, k) => panelTitle(b, `rail ${k + 1}`)),
       xAxis: boxes.map((_, k) => axis(data.axis, { gridIndex: k, splitNumber: 4, ...(discrete ? directions : {}) })),
       yAxis: boxes.map((_, k) => axis(k === 0 || boxes[k].left === boxes[0].left ? 'joint error [mm]' : '', { gridIndex: k, nameGap: 42, min: -most, max: most, axisLabel: { formatter: (v) => v.toFixed(2), showMinLabel: false, showMaxLabel: false, color: ink, fontSize: 11 } })),
       tooltip: { ...base.tooltip, trigger: 'item' },
@@ -107,11 +112,11 @@ export function effect(data, width) {
 }
 
 export function temperature(data, width) {
-  const top = 14 + 20 * Math.ceil((data.sessions.length * 150) / width);
+  const { legend, top } = legendAbove(data.sessions.map((session) => session.name), width);
   return {
     height: 226 + top,
     option: {
-      ...base, legend: legend(), grid: { left: 58, right: 18, top, bottom: 44 },
+      ...base, legend, grid: { left: 58, right: 18, top, bottom: 44 },
       xAxis: axis('time since the start [h]'), yAxis: axis('temperature [degC]', { nameGap: 42 }),
       series: data.sessions.map((s) => ({ type: 'scatter', name: s.name, data: s.points, symbolSize: 3 })),
       tooltip: { ...base.tooltip, trigger: 'item', formatter: (p) => `${p.value[0].toFixed(2)} h: ${p.value[1].toFixed(2)} degC` },

@@ -33,6 +33,7 @@ async function importHostile() {
   writeFileSync(file, JSON.stringify(campaign));
   await trammel('campaign', 'import', 'hostile');
   await trammel('calibrate', 'lsq', kHostile);
+  await trammel('diagnose', kHostile);
   await trammel('reading', 'exclude', kHostile, '--seq', '3', '--reason', kHostile);
   await trammel('report', kHostile, '--html', 'hostile.html');
 }
@@ -60,6 +61,12 @@ async function open(name, width, height) {
   const page = await browser.open(`file://${join(folder, name)}`, width, height);
   await page.until("document.documentElement.dataset.state === 'done'");
   return page;
+}
+
+// Opens every fold, numbers too, and waits until everything in them is drawn.
+async function unfold(page) {
+  await page.ask("document.querySelectorAll('details').forEach((d) => { d.open = true; })");
+  await page.until("[...document.querySelectorAll('figure[data-kind]')].every((f) => !['folded', undefined].includes(f.dataset.state))");
 }
 
 // Nothing but the page itself was asked for, nothing was refused, nothing failed.
@@ -90,15 +97,88 @@ const kFigures = `Promise.all([...document.querySelectorAll('figure')].map(async
     words: svg ? svg.textContent : '',
     outside: f.getBoundingClientRect().right > document.documentElement.clientWidth + 1
       || (svg ? svg.getBoundingClientRect().right > document.documentElement.clientWidth + 1 : false),
+    said: f.querySelector('[role=img]')?.getAttribute('aria-label') ?? img?.alt ?? '',
+    rows: f.querySelectorAll('.numbers tbody tr').length,
     absent: f.querySelector('.absent')?.textContent ?? '' };
 }))`;
+
+// Where things of the first screen end, px from the top of the page, and where the first fold begins.
+const kFirstScreen = `(() => {
+  const box = (what) => document.querySelector(what).getBoundingClientRect();
+  return { table: box('#before-after table').bottom, named: box('#named').bottom, picture: box('#headline svg').bottom,
+    warnings: box('#warnings').bottom, fold: box('main > details').top, open: [...document.querySelectorAll('details[open] details.fold[open]')].map((d) => d.id) };
+})()`;
+
+// Pairs of words in figures that lie over each other.
+const kOverlaps = `[...document.querySelectorAll('figure svg')].flatMap((svg) => {
+  const words = [...svg.querySelectorAll('text')].filter((t) => t.textContent.trim()).map((t) => [t.textContent, t.getBoundingClientRect()]);
+  return words.flatMap(([a, r], k) => words.slice(k + 1).filter(([, s]) =>
+    Math.min(r.right, s.right) - Math.max(r.left, s.left) > 3 && Math.min(r.bottom, s.bottom) - Math.max(r.top, s.top) > 4)
+    .map(([b]) => svg.closest('figure').id + ': "' + a + '" over "' + b + '"'));
+})`;
+
+// Of a figure with a noise floor: px from the top where its dashed line is painted, and where the
+// number in its name belongs by the axis' own labels.
+const kFloor = `(async () => {
+  const svg = document.querySelector('#contest svg');
+  const image = new Image();
+  image.src = 'data:image/svg+xml,' + encodeURIComponent(new XMLSerializer().serializeToString(svg));
+  await image.decode();
+  const canvas = document.createElement('canvas');
+  const { width, height } = svg.getBoundingClientRect();
+  canvas.width = width; canvas.height = height;
+  const context = canvas.getContext('2d');
+  context.fillStyle = '#fff';
+  context.fillRect(0, 0, width, height);
+  context.drawImage(image, 0, 0, width, height);
+  const ink = context.getImageData(0, 0, canvas.width, canvas.height).data;
+  const greys = Array.from({ length: canvas.height }, (_, y) => {
+    let n = 0;
+    for (let x = 0; x < canvas.width; x += 1) {
+      const at = 4 * (y * canvas.width + x);
+      const [r, g, b] = ink.slice(at, at + 3);
+      if (r > 0x50 && r < 0x90 && Math.abs(r - g) < 3 && Math.abs(g - b) < 3) n += 1;  // #555, smoothed at its edges
+    }
+    return n;
+  });
+  const texts = [...svg.querySelectorAll('text')];
+  const yOf = (t) => { const m = t.getCTM(); return m.f + m.d * Number(t.getAttribute('y') ?? 0); };
+  const ticks = texts.filter((t) => /^[0-9.]+$/.test(t.textContent) && t.getAttribute('text-anchor') === 'end').map((t) => [Number(t.textContent), yOf(t)]);
+  const [v0, y0] = ticks[0], [v1, y1] = ticks[ticks.length - 1];
+  const value = Number(/noise floor ([0-9.]+)/.exec(svg.textContent)[1]);
+  const most = Math.max(...greys), line = greys.map((n, y) => [n, y + 0.5]).filter(([n]) => n > most / 2);
+  const painted = line.reduce((sum, [n, y]) => sum + n * y, 0) / line.reduce((sum, [n]) => sum + n, 0);
+  return { painted, due: y0 + (y1 - y0) * (value - v0) / (v1 - v0), rounded: y0 + (y1 - y0) * (Number(value.toFixed(2)) - v0) / (v1 - v0) };
+})()`;
+
+// Words that stand out from what is behind them by less than 4.5 : 1 (WCAG 2, AA).
+const kPale = `(() => {
+  const rgb = (text) => (/rgba?\\(([^)]*)\\)/.exec(text)?.[1] ?? '').split(/[ ,/]+/).filter(Boolean).map(Number);
+  const light = (c) => { const [r, g, b] = c.map((v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4)); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+  const behind = (e) => { for (let at = e; at; at = at.parentElement) { const c = rgb(getComputedStyle(at).backgroundColor); if (c.length === 3 || c[3] > 0) return c.slice(0, 3); } return [255, 255, 255]; };
+  const under = (t) => {  // in a figure: the last shape before the words that holds them
+    const r = t.getBoundingClientRect(), y = r.top + r.height / 2;
+    const shapes = [...t.ownerSVGElement.querySelectorAll('path, rect')].filter((s) => s.compareDocumentPosition(t) & 4).filter((s) => {
+      const b = s.getBoundingClientRect(), fill = rgb(getComputedStyle(s).fill);
+      return fill.length === 3 && Number(getComputedStyle(s).fillOpacity) > 0.5 && b.left < r.left + 2 && b.right > r.right - 2 && b.top < y && b.bottom > y;
+    });
+    return shapes.length ? rgb(getComputedStyle(shapes.pop()).fill) : [255, 255, 255];
+  };
+  return [...document.querySelectorAll('body *')].filter((e) => [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()) && e.getClientRects().length
+    && !['SCRIPT', 'STYLE', 'NOSCRIPT'].includes(e.tagName)).flatMap((e) => {
+    const svg = e instanceof SVGElement, style = getComputedStyle(e);
+    const a = light(rgb(svg ? style.fill : style.color).slice(0, 3)), b = light(svg ? under(e) : behind(e));
+    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    return contrast < 4.5 ? [contrast.toFixed(2) + ': ' + e.textContent.slice(0, 40)] : [];
+  });
+})()`;
 
 // The last surface is clicked, which draws it again to be turned: the share of picture elements that
 // are as the picture has them. One chart draws all pictures; what it kept of another would show.
 const kClicked = `(async () => {
-  const picture = [...document.querySelectorAll('img.surface')].pop();
-  picture.click();
-  const layers = () => [...picture.nextElementSibling.querySelectorAll('canvas')];
+  const button = [...document.querySelectorAll('button.surface')].pop(), picture = button.firstChild;
+  button.click();
+  const layers = () => [...button.nextElementSibling.querySelectorAll('canvas')];
   const inks = (...images) => {
     const canvas = document.createElement('canvas');
     canvas.width = picture.naturalWidth; canvas.height = picture.naturalHeight;
@@ -121,6 +201,9 @@ function everyFigureDrew(figures) {
     else if (f.kind === 'surfaces') assert.ok(f.inks > 12, what);
     else assert.ok(f.marks > 10, what);
     assert.ok(!f.nan && !f.outside, what);
+    if (f.state === 'absent') continue;
+    assert.match(f.said, /: [0-9]+ rows; .*[0-9] to -?[0-9]/, what);  // what is seen is said with its numbers
+    assert.ok(f.rows > 0, what);
   }
 }
 
@@ -150,6 +233,8 @@ test('the live page follows a session that another process measures, and its end
   assert.deepEqual(await ended, [0, null]);
   await page.until(`${live('watched')} && document.getElementById('now').dataset.state === 'done'`);
   assert.ok(await page.ask("document.querySelectorAll('#live-deviations svg path').length > 10"));
+  assert.match(await page.ask("document.querySelector('#live-deviations svg').textContent"), /phi \[deg\]/);
+  assert.doesNotMatch(await page.ask("document.querySelector('#now').textContent"), /points left/);
   // The report below is asked for anew: the session that has ended is in it.
   await page.until("document.getElementById('sessions')?.textContent.includes('watched')");
   assert.deepEqual(page.requests.filter((asked) => !asked.startsWith(url) && !/^(data|blob):/.test(asked)), []);
@@ -164,35 +249,76 @@ test('the live page follows a session that another process measures, and its end
 
 test('every figure of the demo draws on a wide window, a narrow one and on paper, and asks nobody', async () => {
   const page = await open('paper.html', 1280, 900);
+  const first = await page.ask(kFirstScreen);
+  for (const what of ['table', 'named', 'picture', 'warnings']) assert.ok(first[what] > 100 && first[what] <= 900, JSON.stringify(first));
+  assert.ok(first.fold <= 930, JSON.stringify(first));
+  assert.deepEqual(first.open, ['method-model-48']);  // the chosen method alone
+
+  // On paper: what is open, and a list of what is not.
+  const width = "document.querySelector('#headline svg').getBoundingClientRect().width";
+  const wide = await page.ask(width);
+  await page.ask(`addEventListener('beforeprint', () => {
+    window.widest = Math.max(...[...document.querySelectorAll('figure svg')].map((s) => s.getBoundingClientRect().width));
+    window.unprinted = document.getElementById('folded').textContent;
+  })`);
+  const pdf = await page.paper();
+  assert.equal(pdf.subarray(0, 5).toString(), '%PDF-');
+  const pages = pdf.toString('latin1').match(/\/Type\s*\/Page\b/g).length;
+  assert.ok(pages >= 2 && pages <= 12, `${pages} pages`);
+  assert.ok(await page.ask('window.widest') <= 690);
+  assert.match(await page.ask('window.unprinted'), /least squares on the geometry, 80 points.*Raw facts.*Third-party notices/s);
+  assert.equal(await page.ask(width), wide);
+
+  // By keyboard: to a fold, into it, to a surface, around it and back.
+  const key = async (name, code, text = '') => {
+    for (const type of ['keyDown', 'keyUp']) await page.send('Input.dispatchKeyEvent', { type, key: name, code: name, windowsVirtualKeyCode: code, ...(type === 'keyDown' && text ? { text } : {}) });
+  };
+  const focused = (what) => page.ask(`document.activeElement.matches(${JSON.stringify(what)})`);
+  await key('Tab', 9);
+  assert.ok(await focused('a.skip'));
+  for (let k = 0; k < 60 && !await focused('#section-contest > summary'); k += 1) await key('Tab', 9);
+  assert.ok(await focused('#section-contest > summary'));
+  await key('Enter', 13, '\r');
+  await page.until("document.querySelector('#section-contest[open] #contest')?.dataset.state === 'drawn'");
+  await page.ask("document.querySelector('button.surface').focus()");
+  await key('Enter', 13, '\r');
+  assert.ok(await focused('.live'));
+  const seen = () => page.ask("(async () => { for (let k = 0; k < 4; k += 1) await new Promise(requestAnimationFrame); return [...document.querySelectorAll('.live canvas')].map((c) => c.toDataURL()).join(); })()");
+  const unturned = await seen();
+  await key('ArrowRight', 39);
+  assert.notEqual(await seen(), unturned);
+  await key('Escape', 27);
+  assert.ok(await focused('button.surface'));
+
+  const floor = await page.ask(kFloor);
+  assert.ok(Math.abs(floor.painted - floor.due) <= 1 && Math.abs(floor.rounded - floor.due) > 1.5, JSON.stringify(floor));
+
+  await unfold(page);
   const figures = await page.ask(kFigures);
   everyFigureDrew(figures);
   const drawn = (kind) => figures.filter((f) => f.kind === kind && f.state === 'drawn').length;
-  const least = { maps: 7, surfaces: 12, 'by-point': 12, simulated: 4, residuals: 1, effect: 3, waterfall: 2 };
+  const least = { maps: 7, surfaces: 12, 'by-point': 12, histogram: 12, simulated: 4, residuals: 1, effect: 3, waterfall: 2 };
   for (const [kind, n] of Object.entries(least)) assert.ok(drawn(kind) >= n, `${kind}: ${drawn(kind)}`);
-  for (const kind of ['mechanism', 'plan', 'circles', 'sensitivity', 'network', 'contest', 'next-points', 'temperature']) {
+  for (const kind of ['mechanism', 'plan', 'circles', 'sensitivity', 'network', 'contest', 'temperature']) {
     assert.equal(drawn(kind), 1, kind);
   }
   for (const f of figures.filter((each) => each.kind === 'maps' || each.kind === 'by-point')) {
     assert.match(f.words, /mm|deg/, f.id);  // axes have units
   }
-  assert.ok(await page.ask("document.querySelector('.simulated').getBoundingClientRect().height > 30"));
+  assert.match(figures.find((f) => f.kind === 'circles').words, /[0-9] um per division/);
+  assert.match(figures.find((f) => f.id === 'headline').words, /own scale \[um\]/);
+  assert.ok(await page.ask("document.querySelector('.simulated').getBoundingClientRect().height > 20"));
   assert.ok(await page.ask(kClicked) > 0.99);
-
-  const width = "document.querySelector('#headline svg').getBoundingClientRect().width";
-  const wide = await page.ask(width);
-  await page.ask(`addEventListener('beforeprint', () => {
-    window.widest = Math.max(...[...document.querySelectorAll('figure svg')].map((s) => s.getBoundingClientRect().width));
-  })`);
-  const pdf = await page.paper();
-  assert.equal(pdf.subarray(0, 5).toString(), '%PDF-');
-  const pages = pdf.toString('latin1').match(/\/Type\s*\/Page\b/g).length;
-  assert.ok(pages >= 10 && pages <= 60, `${pages} pages`);
-  assert.ok(await page.ask('window.widest') <= 690);
-  assert.equal(await page.ask(width), wide);
+  assert.deepEqual(await page.ask(kPale), []);
+  assert.doesNotMatch(await page.ask("document.getElementById('jobs').textContent"), /[{}]/);
+  const notices = await page.ask("document.getElementById('notices').textContent");
+  for (const name of ['echarts', 'zrender', 'echarts-gl', 'claygl']) assert.ok(notices.includes(`${name} `), name);
+  assert.match(notices, /Apache License.*Redistribution and use in source and binary forms/s);
 
   await page.resize(420, 800);
   await page.until(`${width} < ${wide / 2}`);
   everyFigureDrew(await page.ask(kFigures));
+  assert.deepEqual(await page.ask(kOverlaps), []);
   assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
   await undisturbed(page);
   await page.close();
@@ -200,6 +326,7 @@ test('every figure of the demo draws on a wide window, a narrow one and on paper
 
 test('hostile names and texts stay text', async () => {
   const page = await open('hostile.html', 1280, 900);
+  await unfold(page);
   everyFigureDrew(await page.ask(kFigures));
   const words = await page.ask('document.body.textContent');
   for (const text of kTexts) assert.ok(words.includes(text.trim()), text);
