@@ -36,15 +36,15 @@ std::string text_of(double value) {
 struct Work {
   const Campaign& campaign;
   const DiagnoseOptions& options;
-  Diagnosis out = {std::vector<int> certain = {};  // seqs that are wrong whatever the model is
+  Diagnosis out = {};
+  std::vector<int> certain = {};  // seqs that are wrong whatever the model is
+  std::vector<Reading> readings;  // identify, without the bad ones
+  GeometryFit base = {};
+  ResidualSpace space = {};        // around the base
+  std::vector<Shape> shapes = {};  // dictionary and catalogue
+  Library library = {};
+  bool agreement_taken = false;  // agreement of successive readings was taken for noise
 };
-std::vector<Reading> readings;  // identify, without the bad ones
-GeometryFit base = {};
-ResidualSpace space = {};        // around the base
-std::vector<Shape> shapes = {};  // dictionary and catalogue
-Library library = {};
-bool agreement_taken = false;  // agreement of successive readings was taken for noise
-};                             // namespace
 
 /// The best set, and what else was looked at, around its exact fit.
 struct Naming {
@@ -652,7 +652,7 @@ void leave_to_the_screen(Work& w) {
       "or in the wiring");
 }
 
-}  // namespace trammel
+}  // namespace
 
 std::string to_string(Verdict verdict) {
   switch (verdict) {
