@@ -73,6 +73,13 @@ std::string figure_tables(const Report& report, const std::string& figure, bool 
   return text;
 }
 
+std::string remarks_text(const Report& report) {
+  std::string text;
+  for (const std::string& remark : report.remarks)
+    text += "\n" + terminal::wrapped("Note: " + remark);
+  return text;
+}
+
 std::string notes(const Report& report) {
   bool predicted = false;
   for (const ErrorTable& table : report.tables) predicted = predicted || table.after_predicted;
@@ -95,8 +102,7 @@ std::string notes(const Report& report) {
         "its\n"
         "   error, only the command changes.\n";
   }
-  for (const std::string& remark : report.remarks)
-    text += "\n" + terminal::wrapped("Note: " + remark);
+  text += remarks_text(report);
   return text;
 }
 
@@ -386,7 +392,7 @@ std::string to_text(const Report& report, const Page& page) {
   text += pictures(report, page.glyphs);
   text += figure_tables(report, "position", page.narrow) +
           figure_tables(report, "attitude", page.narrow);
-  if (!report.tables.empty()) text += notes(report) + demand_text(report);
+  text += report.tables.empty() ? remarks_text(report) : notes(report) + demand_text(report);
   if (report.tolerance) text += tolerance_text(*report.tolerance);
   if (!report.budget.empty()) {
     text += terminal::heading("What stands behind the uncertainty of " +
