@@ -44,6 +44,8 @@ TEST_CASE("every kind of correction comes back from JSON with the same bits", "[
       MapCorrection{fit_idw(samples(), {.power = 2.5, .neighbours = 7})},
       MapCorrection{train_rbf(samples()).network},
       MapCorrection{fit_gp(samples())},
+      MapCorrection{fit_idw(samples()),
+                    {{2, EpochShift{Displacements(0.1, 0, -0.1), Pose{0.3, -0.2, 0.01}}}}},
       ModelCorrection{model(random)},
       HybridCorrection{model(random), fit_gp(samples())}};
   const Mechanism mechanism = paper_mechanism();
