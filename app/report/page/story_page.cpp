@@ -83,9 +83,8 @@ std::string value_words(const EffectRow& effect) {
 
 std::string chance_words(const EffectRow& effect) {
   if (!effect.seqs.empty()) return "left out of all fits";
-  return fmt::format("{:.1f} % of what is explained; {}", 100 * effect.share_of_gap,
-                     effect.p < 1e-6 ? "by chance: less than 1 in a million"
-                                     : fmt::format("by chance: p = {:.1g}", effect.p));
+  return fmt::format("{:.1f} % explained; chance {}", 100 * effect.share_of_gap,
+                     effect.p < 1e-6 ? "< 1e-6" : fmt::format("{:.1g}", effect.p));
 }
 
 Json rivals_table(const StoryRound& last) {
@@ -219,10 +218,11 @@ Json named_table(const Source& source) {
         {name, "not named, may also hold", fmt::format("{:.0f} %", 100 * probability)}));
   }
   if (rows.empty()) rows.push_back(Json::array({"none", "no effect was named", "-"}));
-  return table({"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),
-                "+-: one standard deviation, from the fitted readings. Doubt: what chance or other "
-                "effects could do as well."},
-               {"effect", "value", "doubt"}, rows);
+  return table(
+      {"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),
+       "+-: one standard deviation. Doubt: share of what is explained, and the chance of as "
+       "much without the effect."},
+      {"effect", "value", "doubt"}, rows);
 }
 
 Json story_section(const Source& source) {

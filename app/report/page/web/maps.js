@@ -62,8 +62,8 @@ export function maps(data, width) {
     data: points.map((p) => [p[0], p[1], p[0] + v.magnification * p[v.at], p[1] + v.magnification * p[v.at + 1], Math.hypot(p[v.at], p[v.at + 1])]),
     tooltip: { formatter: (p) => `target (${p.value[0]}, ${p.value[1]}) mm\nerror ${mm(p.value[4])}` },
   }));
-  const long = Math.min(150, boxes[0].width - 70);
-  const bar = (view, of, centre) => colourBar(view, of, { orient: 'horizontal', left: centre - long / 2 - 36, bottom: 0, itemHeight: long });
+  const long = Math.min(150, boxes[0].width - 90);
+  const bar = (view, of, centre) => colourBar(view, of, { orient: 'horizontal', left: centre - long / 2 - 40, bottom: 0, itemHeight: long });
   const centre = (k) => boxes[k].left + boxes[k].width / 2;
   return {
     height: height + 32,
