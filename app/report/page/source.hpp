@@ -9,7 +9,7 @@
 #include "app/report/methods.hpp"
 #include "app/report/page/item.hpp"
 #include "app/report/report.hpp"
-#include "core/statistics/bootstrap.hpp"
+#include "core/statistics/interval.hpp"
 
 namespace trammel::report {
 
