@@ -10,6 +10,7 @@
 #include "app/emulate/galil.hpp"
 #include "app/emulate/stage_link.hpp"
 #include "app/files/numbers.hpp"
+#include "store/provenance.hpp"
 
 namespace trammel::emulate {
 
@@ -364,7 +365,8 @@ std::string dimension(Galil& galil, std::string_view arguments) {
 
 std::string identify(Galil&, std::string_view) {
   return "FW, DMC4183 Rev 1.3h\r\nDMC, 4103, Rev 11\r\nAMP1, 44140, Rev 3\r\n"
-         "AMP2, 44140, Rev 3\r\nEMULATED, trammel " TRAMMEL_VERSION "\r\n";
+         "AMP2, 44140, Rev 3\r\nEMULATED, trammel " +
+         store::this_program().tool_version + "\r\n";
 }
 
 struct Command {

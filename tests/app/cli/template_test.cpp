@@ -74,7 +74,7 @@ TEST_CASE(
   const tests::TemporaryFolder folder;
   for (const char* text : {"{}", R"({"format": "robot/1"})", R"({"format": 3})"}) {
     CAPTURE(text);
-    write_output(folder.path() / "a.json", text, Existing::replace);
+    folder.write("a.json", text);
     try {
       (void)read_layout(folder.path() / "a.json");
       FAIL("was taken");
