@@ -51,7 +51,7 @@ Alter doubled(std::string point, int n) {
 void misread(SocketCampaign& campaign, int n) {
   constexpr long kTurn = 8192;
   campaign.lab.to_stage.alter_asked = [n, &campaign](std::string_view asked, std::string& answer) {
-    if (!asked.starts_with("TPA") || campaign.lab.log.count("!MEAS") < 4 * n) return;
+    if (!asked.starts_with("TPA") || campaign.lab.log.count("!MEAS") < 3 * n) return;
     answer = fmt::format(" {}{}", std::stol(answer) + kTurn, answer.substr(answer.find('\r')));
   };
 }
@@ -245,7 +245,6 @@ BenchRow two_on_one(int runs) {
         store::open(campaign.folder.path() / "other.db", store::Access::create);
     campaign.begun = [&](int seq) {
       if (seq != 2) return;
-      campaign.begun = {};
       const auto before = campaign.lab.log.size();
       try {
         static_cast<void>(session::run(other, campaign.request, {}));
