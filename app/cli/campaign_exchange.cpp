@@ -162,7 +162,7 @@ void setup_campaign_exchange(Command app, Context& context) {
   auto out = std::make_shared<CampaignExportOptions>();
   Command exporting = campaigns.command("export", "Write a campaign as campaign/1");
   exporting.option("CAMPAIGN", out->campaign, "Name or uuid").required();
-  exporting.option("--out", out->folder, "Where campaign.json and readings.csv go")
+  exporting.option("--out,FOLDER", out->folder, "Where campaign.json and readings.csv go")
       .required()
       .type("FOLDER");
   exporting.flag("--dry-run", out->dry_run, "Say what would be written, write nothing");

@@ -88,7 +88,7 @@ void setup_db(Command app, Context& context) {
          run_db_verify);
   const auto backup = std::make_shared<DbBackupOptions>();
   Command copy = db.command("backup", "A verified copy, also while a session runs");
-  copy.option("--out", backup->to, "New file").required().type("FILE");
+  copy.option("--out,FILE", backup->to, "New file").required().type("FILE");
   copy.flag("--dry-run", backup->dry_run, "Verify the database and the name, copy nothing");
   on_run(copy, context, backup, run_db_backup);
   const auto migrate = std::make_shared<DbOptions>();

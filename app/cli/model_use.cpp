@@ -400,7 +400,7 @@ void setup_export(Command model, Context& context) {
   auto o = std::make_shared<ExportOptions>();
   c.option("CAMPAIGN", o->campaign, "Name or uuid").required();
   c.option("VERSION", o->version, "Number of the version, or last (last)");
-  c.option("--out", o->file, "NAME.csv, NAME.json; linuxcnc: NAME of NAME.0.comp, …")
+  c.option("--out,FILE", o->file, "NAME.csv, NAME.json; linuxcnc: NAME of NAME.0.comp, …")
       .required()
       .type("FILE");
   c.option("--format", o->format,
