@@ -57,13 +57,14 @@ std::string quantity(const std::string& name, const std::string& inside) {
 }
 
 std::string with_U(const JudgedPoint& p) {
+  if (!p.U_mm) return millimetres(p.error_mm);
   return millimetres(p.error_mm) +
          fmt::format(
              "<si:measurementUncertaintyUnivariate><si:expandedMU><si:valueExpandedMU>{:.6f}"
              "</si:valueExpandedMU><si:coverageFactor>2</si:coverageFactor>"
              "<si:coverageProbability>0.95</si:coverageProbability></si:expandedMU>"
              "</si:measurementUncertaintyUnivariate>",
-             p.U_mm);
+             *p.U_mm);
 }
 
 std::string fact(const Report& report, const std::string& key) {
@@ -135,10 +136,12 @@ std::string conditions(const Measured& measured) {
 std::string results(const JudgedPoints& points) {
   std::string errors;
   double U2_mm2 = 0;
+  const auto known =
+      std::ranges::count_if(points.points, [](const JudgedPoint& p) { return p.U_mm.has_value(); });
   for (const JudgedPoint& p : points.points) {
     errors += quantity(fmt::format("position error at x {:.3f} mm, y {:.3f} mm", p.x_mm, p.y_mm),
                        with_U(p));
-    U2_mm2 += p.U_mm * p.U_mm / static_cast<double>(points.points.size());
+    if (p.U_mm) U2_mm2 += *p.U_mm * *p.U_mm / static_cast<double>(known);
   }
   const double u_mm = std::sqrt(U2_mm2) / 2;
   const double other_mm =

@@ -127,7 +127,7 @@ Json tolerance_json(const ToleranceTest& test) {
     points.push_back({{"x_mm", p.x_mm},
                       {"y_mm", p.y_mm},
                       {"error_mm", p.error_mm},
-                      {"U_k2_mm", p.U_mm},
+                      {"U_k2_mm", optional_json(p.U_mm)},
                       {"verdict", name_of(test.verdicts[k])}});
   }
   const JudgedPoints& of = test.of;

@@ -48,7 +48,9 @@ void judge_table(JudgedPoints& judged, store::Connection& connection,
   const assess::Judged& set = set_of(assessment, table);
   judged.U_from = assessment.job->uncertainty_from + ", with the noise of a reading";
   for (std::size_t k = 0; k < judged.points.size(); ++k) {
-    judged.points[k].U_mm = 2 * std::hypot(set.points[k].U_mm / 2, judged.u_reading_mm);
+    judged.points[k].U_mm = {};
+    if (const auto& U = set.points[k].U)
+      judged.points[k].U_mm = 2 * std::hypot(U->U_mm / 2, judged.u_reading_mm);
   }
 }
 
@@ -87,7 +89,8 @@ long ToleranceTest::n(Conformity is) const { return std::ranges::count(verdicts,
 ToleranceTest tolerance_test(JudgedPoints points, double tolerance_mm) {
   ToleranceTest test{.tolerance_mm = tolerance_mm, .of = std::move(points)};
   for (const JudgedPoint& p : test.of.points) {
-    test.verdicts.push_back(conformity(p.error_mm, p.U_mm, tolerance_mm));
+    test.verdicts.push_back(p.U_mm ? conformity(p.error_mm, *p.U_mm, tolerance_mm)
+                                   : Conformity::undecided);
   }
   test.machine = conformity_of_all(test.verdicts);
   return test;
@@ -119,7 +122,7 @@ std::string tolerance_text(const ToleranceTest& test) {
   for (std::size_t k = 0; k < test.verdicts.size(); ++k) {
     const JudgedPoint& p = test.of.points[k];
     table.add({fmt::format("{:.3f}", p.x_mm), fmt::format("{:.3f}", p.y_mm),
-               fmt::format("{:.4f}", p.error_mm), fmt::format("{:.4f}", p.U_mm),
+               fmt::format("{:.4f}", p.error_mm), p.U_mm ? fmt::format("{:.4f}", *p.U_mm) : "-",
                name_of(test.verdicts[k])});
   }
   return text + "\n" + table.text();

@@ -1,6 +1,7 @@
 #pragma once
 // Whether the machine meets a tolerance on its position error (`report --tolerance`).
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Report;
 struct JudgedPoint {
   double x_mm = 0, y_mm = 0;
   double error_mm = 0;
-  double U_mm = 0;  // k = 2
+  std::optional<double> U_mm = {};  // k = 2; none beyond the range that was fitted
 };
 
 /// The points that stand for the machine.
@@ -31,7 +32,8 @@ struct JudgedPoints {
 
 /// The points of best_table under its correction; without a calibration all baseline points as they
 /// are. U of an error that was measured is twice the noise of a reading; of one that is predicted,
-/// what `assess` makes of the job, with that noise. Throws InputError where the noise is not known.
+/// what `assess` makes of the job, with that noise; none beyond its range. Throws InputError where
+/// the noise is not known.
 JudgedPoints judged_points(store::Connection& connection, const store::CampaignRow& campaign,
                            const Report& report);
 

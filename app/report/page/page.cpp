@@ -16,8 +16,8 @@ Json tolerance_section(const ToleranceTest& test) {
   for (std::size_t k = 0; k < test.verdicts.size(); ++k) {
     const JudgedPoint& p = test.of.points[k];
     rows.push_back({fmt::format("{:.3f}", p.x_mm), fmt::format("{:.3f}", p.y_mm),
-                    fmt::format("{:.4f}", p.error_mm), fmt::format("{:.4f}", p.U_mm),
-                    name_of(test.verdicts[k])});
+                    fmt::format("{:.4f}", p.error_mm),
+                    p.U_mm ? fmt::format("{:.4f}", *p.U_mm) : "-", name_of(test.verdicts[k])});
   }
   const std::string caption =
       "U (k = 2): " + test.of.U_from +

@@ -42,9 +42,9 @@ TEST_CASE("a machine of each kind goes through JSON without losing a bit, under 
     }
     machine.measured = {true, false, false};
     machine.drives[0].lead_mm = 0.7;
-    const MachineText json = machine_json(machine);
-    CHECK(tests::schema_errors(nlohmann::json::parse(json.dump()), "machine.schema.json") == "");
-    CHECK(read_machine_text(json) == machine);
+    const MachineText written = machine_json(machine);
+    CHECK(tests::schema_errors(nlohmann::json::parse(written.dump()), "machine.schema.json") == "");
+    CHECK(read_machine_text(written) == machine);
   }
 }
 
@@ -91,10 +91,10 @@ TEST_CASE("a machine file that is wrong is refused by field, with what to do", "
   };
   for (const BadMachine& c : cases) {
     CAPTURE(c.kind, c.at, c.value.dump());
-    MachineText json = machine_json(starting_machine(c.kind));
-    json[MachineText::json_pointer(c.at)] = c.value;
+    MachineText written = machine_json(starting_machine(c.kind));
+    written[MachineText::json_pointer(c.at)] = c.value;
     try {
-      static_cast<void>(read_machine_text(json));
+      static_cast<void>(read_machine_text(written));
       FAIL_CHECK("was not refused");
     } catch (const InputError& error) {
       CHECK(error.text().where.field == c.field);

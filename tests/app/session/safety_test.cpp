@@ -8,6 +8,8 @@
 #include "app/session/plan_record.hpp"
 #include "core/mechanism/clearance.hpp"
 #include "core/mechanism/forward.hpp"
+#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/mechanism/workspace.hpp"
 #include "core/statistics/random.hpp"
 #include "core/units.hpp"
@@ -57,9 +59,9 @@ bool way_is_good(const Mechanism& m, const Pose& from, const Pose& to) {
 /// is turned beyond the singular poses.
 std::optional<std::pair<Pose, Pose>> bad_way(Random& random, const Mechanism& m) {
   const auto fine = [&](const Pose& p) {
-    const Reach r = reach(m, p);
+    const Reach r = reach(machine_of(m), p);
     return r.ok() && r.stroke_left_mm > 5 && r.singularity.margin() > 0.12 &&
-           link_clearance_mm(m.geometry, r.at) > 12;
+           link_clearance_mm(m.geometry, inverse(m.geometry, p)) > 12;
   };
   const Pose a = random_pose(random, 100, 0.3);
   Pose b = random_pose(random, 100, 0);
@@ -98,20 +100,20 @@ std::vector<std::pair<const char*, Spoil>> mistakes() {
          Pose& pose = at(made, random);
          const double angle = random.uniform(0, 6.28), far = random.uniform(300, 5000);
          pose = {far * std::cos(angle), far * std::sin(angle), 0};
-         return !reach(m, pose).ok();
+         return !reach(machine_of(m), pose).ok();
        }},
       {"beyond a limit",
        [=](Made& made, Random& random, const Mechanism& m) {
          Pose& pose = at(made, random);
          pose = random_pose(random, 400, 0.5);
-         const Reach r = reach(m, pose);
+         const Reach r = reach(machine_of(m), pose);
          return r.status == Reach::Status::limit || (r.ok() && r.stroke_left_mm < 1.9);
        }},
       {"near singular",
        [=](Made& made, Random& random, const Mechanism& m) {
          Pose& pose = at(made, random);
          pose = random_pose(random, 250, 1.9);
-         const Reach r = reach(m, pose);
+         const Reach r = reach(machine_of(m), pose);
          return r.ok() && r.singularity.margin() < 0.09;
        }},
       {"too fast",

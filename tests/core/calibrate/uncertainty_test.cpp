@@ -107,7 +107,7 @@ std::map<std::string, Correction> corrections(const Mechanism& mechanism,
       {"hybrid", HybridCorrection{named, fit_gp(samples_left(named, rows))}}};
 }
 
-struct Coverage {
+struct CoverageOfU {
   int within = 0, own_within = 0, all = 0;
   double mean_U_mm = 0, squares = 0;
 
@@ -123,8 +123,8 @@ struct Coverage {
 
 /// Each robot is calibrated on the paper's 80 points, held-out readings of the paper's 48 widen U,
 /// and the same 48 targets, all within the hull of the 80, are gone to under the correction.
-std::map<std::string, Coverage> study(int robots, std::uint64_t seed) {
-  std::map<std::string, Coverage> found;
+std::map<std::string, CoverageOfU> study(int robots, std::uint64_t seed) {
+  std::map<std::string, CoverageOfU> found;
   for (int k = 0; k < robots; ++k) {
     const simulate::VirtualRobot robot = demo_robot(seed + static_cast<std::uint64_t>(k));
     const Mechanism& mechanism = robot.truth().nominal;
@@ -158,7 +158,7 @@ std::map<std::string, Coverage> study(int robots, std::uint64_t seed) {
   return found;
 }
 
-std::string table(const std::map<std::string, Coverage>& found) {
+std::string table(const std::map<std::string, CoverageOfU>& found) {
   std::string text;
   for (const auto& [name, c] : found) {
     char line[160];

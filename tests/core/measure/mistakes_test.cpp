@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/measure/gross.hpp"
 #include "core/measure/screen.hpp"
 #include "core/units.hpp"
 #include "tests/study/campaigns.hpp"

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/mechanism/workspace.hpp"
 #include "core/plan/build.hpp"
 #include "core/units.hpp"
@@ -83,7 +84,7 @@ TEST_CASE("a path between two good targets that comes near a singular pose is fo
   CheckOptions options;
   options.singularity_margin = 0.3;
   options.link_clearance_mm = 0;  // links do cross on this way: the next test
-  for (const Pose& pose : ends) CHECK(reach(mechanism, pose).singularity.margin() > 0.38);
+  for (const Pose& pose : ends) CHECK(reach(machine_of(mechanism), pose).singularity.margin() > 0.38);
   const auto all = check(plan_of(ends), mechanism, options);
   REQUIRE(all.size() == 1);
   CHECK(has(all, 2, Place::path, What::singular));
@@ -123,7 +124,7 @@ TEST_CASE("a target that only the mirrored assembly of the platform reaches is f
   const Mechanism mechanism = paper_mechanism();
   // About phi = 60 deg the displacements are symmetric: 80 deg needs the same as 40 deg.
   const Pose mirrored{0, 0, rad_from_deg(80)};
-  CHECK(reach(mechanism, mirrored).ok());
+  CHECK(reach(machine_of(mechanism), mirrored).ok());
   CHECK(has(check(plan_of({mirrored}), mechanism), 1, Place::target, What::other_mode));
   CHECK(check(plan_of({{0, 0, rad_from_deg(40)}}), mechanism).empty());
 }
