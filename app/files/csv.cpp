@@ -19,7 +19,10 @@ class Scanner {
     if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) {
       refuse("the file is UTF-16: save it as UTF-8");
     }
-    separator_ = separator_of(text_.substr(at_, text_.find_first_of("\r\n", at_) - at_));
+    std::string_view header = text_.substr(at_, text_.find_first_of("\r\n", at_) - at_);
+    header =
+        header.substr(0, header.find_last_not_of(" \t") + 1);  // blanks behind separate nothing
+    separator_ = separator_of(header);
     ends_ = {separator_, '\r', '\n', '"', '\0'};
   }
 

@@ -641,7 +641,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
     return;
   }
   add_rivals(w, n, ties);
-  if (w.one_length_mm) {
+  if (w.one_length_mm && !out.rivals.empty()) {  // what is explained asks for nothing
     if (auto tie = tie_with_memory(n.library, n.best, *w.one_length_mm))
       ties.push_back(*std::move(tie));
   }

@@ -146,7 +146,7 @@ TEST_CASE("the value that stands at the cursor is asked for by its name", "[cli]
   CHECK(asked({"--db", "lab.db", "model", "show", "paper", ""}) == "VERSION");
   CHECK(program.given.at("CAMPAIGN") == "paper");
   CHECK(program.given.at("--db") == "lab.db");
-  CHECK(asked({"mechanism", "ik", "robot.json", "--velocity", "1", "-2", ""}) == "NUMBER");
+  CHECK(asked({"plan", "create", "circle", "--centre", "-2", ""}) == "NUMBER");
 }
 
 TEST_CASE("campaigns, sessions and jobs are completed from the database of the line", "[cli]") {

@@ -151,7 +151,7 @@ TEST_CASE("no sigma and no repeat is refused; one repeat is used and its thinnes
   import(one);
   const Finished assessed = run_program({"assess", "drive-error"}, one.path());
   CHECK(assessed.exit_code == 0);
-  CHECK_THAT(assessed.out, Contains("1 degrees of freedom"));
+  CHECK_THAT(assessed.out, Contains("degrees of freedom: 1"));
 }
 
 TEST_CASE("a constant column has no R^2 and no length scale, and says so without NaN",

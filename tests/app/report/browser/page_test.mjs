@@ -145,7 +145,7 @@ const kFloor = `(async () => {
   const yOf = (t) => { const m = t.getCTM(); return m.f + m.d * Number(t.getAttribute('y') ?? 0); };
   const ticks = texts.filter((t) => /^[0-9.]+$/.test(t.textContent) && t.getAttribute('text-anchor') === 'end').map((t) => [Number(t.textContent), yOf(t)]);
   const [v0, y0] = ticks[0], [v1, y1] = ticks[ticks.length - 1];
-  const value = Number(/noise floor ([0-9.]+)/.exec(svg.textContent)[1]);
+  const value = Number(/mean length of a perfect reading ([0-9.]+)/.exec(svg.textContent)[1]);
   const most = Math.max(...greys), line = greys.map((n, y) => [n, y + 0.5]).filter(([n]) => n > most / 2);
   const painted = line.reduce((sum, [n, y]) => sum + n * y, 0) / line.reduce((sum, [n]) => sum + n, 0);
   return { painted, due: y0 + (y1 - y0) * (value - v0) / (v1 - v0), rounded: y0 + (y1 - y0) * (Number(value.toFixed(2)) - v0) / (v1 - v0) };
