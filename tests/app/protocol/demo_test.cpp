@@ -176,7 +176,7 @@ TEST_CASE("the demo run twice gives bit-identical results", "[protocol]") {
   check_model(json);
   check_story(json.at("story"));
   check_readme(first.out);
-  CHECK_THAT(first.out, Contains("round 1: ") && Contains("x the floor: reached"));
+  CHECK_THAT(first.out, Contains("round 1: ") && Contains("x a perfect reading: reached"));
   // What gets worse is said in words, with the reason.
   REQUIRE(json.at("remarks").size() == 1);
   CHECK_THAT(json.at("remarks")[0].get<std::string>(), Contains("lsq makes attitude worse") &&
