@@ -60,7 +60,8 @@ bool way_is_good(const Mechanism& m, const Pose& from, const Pose& to) {
 std::optional<std::pair<Pose, Pose>> bad_way(Random& random, const Mechanism& m) {
   const auto fine = [&](const Pose& p) {
     const Reach r = reach(machine_of(m), p);
-    return r.ok() && r.stroke_left_mm > 5 && r.singularity.margin() > 0.12 &&
+    const bool stands = r.ok() || r.status == Reach::Status::other_assembly;
+    return stands && r.stroke_left_mm > 5 && r.singularity.margin() > 0.12 &&
            link_clearance_mm(m.geometry, inverse(m.geometry, p)) > 12;
   };
   const Pose a = random_pose(random, 100, 0.3);
