@@ -84,7 +84,8 @@ TEST_CASE("a path between two good targets that comes near a singular pose is fo
   CheckOptions options;
   options.singularity_margin = 0.3;
   options.link_clearance_mm = 0;  // links do cross on this way: the next test
-  for (const Pose& pose : ends) CHECK(reach(machine_of(mechanism), pose).singularity.margin() > 0.38);
+  for (const Pose& pose : ends)
+    CHECK(reach(machine_of(mechanism), pose).singularity.margin() > 0.38);
   const auto all = check(plan_of(ends), mechanism, options);
   REQUIRE(all.size() == 1);
   CHECK(has(all, 2, Place::path, What::singular));
