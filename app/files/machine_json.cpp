@@ -94,8 +94,8 @@ std::vector<Fields> one_per_drive(Fields& fields, const char* name, const Machin
   std::vector<Fields> list = fields.objects(name);
   const auto n = static_cast<std::size_t>(kind.n_chains);
   const std::string expected =
-      fmt::format("{}: a machine of kind {} has {} coordinate{} and as many drives", n, kind.name, n,
-                  n == 1 ? "" : "s");
+      fmt::format("{}: a machine of kind {} has {} coordinate{} and as many drives", n, kind.name,
+                  n, n == 1 ? "" : "s");
   if (list.size() > n) {
     fields.refuse(name, fmt::format("{} {}, more than the machine has freedom", list.size(), name),
                   expected, "machines with more drives than freedom are not served yet");

@@ -29,8 +29,8 @@ struct TableRow {
 struct CompensationTable {
   std::array<bool, kChains> directed = {};  // the commands depend on this rail's approach direction
   int n_targets = 0;                        // of the grid
-  int n_unreachable = 0;                    // left out: out of reach, beyond a singularity or the stroke
-  std::vector<TableRow> rows;               // per target, every combination of the directed rails
+  int n_unreachable = 0;       // left out: out of reach, beyond a singularity or the stroke
+  std::vector<TableRow> rows;  // per target, every combination of the directed rails
 };
 
 /// Rails on which an effect of the model needs the direction of approach.

@@ -34,8 +34,7 @@ std::vector<std::string> extrapolation_words(const FittedRange& range,
     words.push_back(fmt::format(
         "{} of {} {} are turned beyond the measured orientations ({:.2f} to {:.2f} deg): there the "
         "correction extrapolates",
-        phi, targets.size(), points, deg_from_rad(range.phi_low),
-        deg_from_rad(range.phi_high)));
+        phi, targets.size(), points, deg_from_rad(range.phi_low), deg_from_rad(range.phi_high)));
   }
   return words;
 }

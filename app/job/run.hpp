@@ -17,9 +17,9 @@ struct Request {
   std::string stage = {};
   Json parameters = Json::object();  // those that differ from the stage's defaults
   std::vector<std::string> sessions =
-      {};                // empty: every session without compensation (the baseline)
-  bool force = false;    // compute and store again although the key is known
-  bool dry_run = false;  // compute and store nothing: the outcome's job has id 0
+      {};                       // empty: every session without compensation (the baseline)
+  bool force = false;           // compute and store again although the key is known
+  bool dry_run = false;         // compute and store nothing: the outcome's job has id 0
   bool despite_screen = false;  // calibrate although the screen finds something gross
 };
 
@@ -33,10 +33,10 @@ struct Outcome {
 /// In the result the pose error predicted after for each reading (predicted_after, points.hpp);
 /// statistics position_mm and attitude_deg of what stands alike (core/judge/seen.hpp): in-sample
 /// where the fit was made, held-out elsewhere, and apart from both what is of an epoch no fit has
-/// seen. Readings that are wrong for certain (core/measure/bad_readings.hpp) are named, with what the
-/// figures are without them; the parameter "without_suspects" leaves them out. Every stage but
-/// diagnose refuses what the screen finds gross. Throws NotFoundError (campaign, session, stage), InputError (parameters, readings),
-/// StoreError.
+/// seen. Readings that are wrong for certain (core/measure/bad_readings.hpp) are named, with what
+/// the figures are without them; the parameter "without_suspects" leaves them out. Every stage but
+/// diagnose refuses what the screen finds gross. Throws NotFoundError (campaign, session, stage),
+/// InputError (parameters, readings), StoreError.
 Outcome run(store::Connection& connection, const Request& request);
 
 /// Set of the statistics over validation readings in epochs that the fit knows nothing of.

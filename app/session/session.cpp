@@ -12,8 +12,8 @@
 #include "app/session/runner.hpp"
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"
-#include "core/mechanism/machine.hpp"
 #include "core/measure/screen.hpp"
+#include "core/mechanism/machine.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {

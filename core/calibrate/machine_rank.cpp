@@ -76,8 +76,8 @@ Identifiability rank_over(const Machine& machine, const std::vector<Pose>& poses
 
 std::vector<MachineRank> machine_ranks(const Machine& machine) {
   const auto& parameters = parameters_of(*machine.kind);
-  const auto n_first = static_cast<std::size_t>(
-      std::ranges::count(parameters, false, &MachineParameter::completes));
+  const auto n_first =
+      static_cast<std::size_t>(std::ranges::count(parameters, false, &MachineParameter::completes));
   std::vector<MachineRank> ranks;
   for (const bool turned : {false, true}) {
     if (turned && machine.kind->has_point_platform()) break;

@@ -32,8 +32,7 @@ SensitivityShares sensitivity(const Machine& machine, std::span<const Pose> pose
                       .expected = "finite sizes, not negative, not both zero"});
   }
   SensitivityShares shares;
-  for (const MachineParameter& p :
-       parameters_of(*machine.kind)) {  // those that complete come last
+  for (const MachineParameter& p : parameters_of(*machine.kind)) {  // those that complete come last
     if (!p.completes) shares.sources.push_back(p);
   }
   const auto n = static_cast<Eigen::Index>(shares.sources.size());

@@ -174,9 +174,12 @@ TEST_CASE("importing twice stores once, and stdout holds data only", "[cli]") {
 TEST_CASE("an imported campaign is exported with the same numbers", "[cli]") {
   const TemporaryFolder folder;
   REQUIRE(run_program({"campaign", "import", kDriveError}, folder.path()).exit_code == 0);
-  REQUIRE(run_program({"campaign", "export", "drive-error", "--out", "a"}, folder.path()).exit_code == 0);
+  REQUIRE(
+      run_program({"campaign", "export", "drive-error", "--out", "a"}, folder.path()).exit_code ==
+      0);
   REQUIRE(run_program({"--db", "2.db", "campaign", "import", "a"}, folder.path()).exit_code == 0);
-  REQUIRE(run_program({"--db", "2.db", "campaign", "export", "drive-error", "--out", "b"}, folder.path())
+  REQUIRE(run_program({"--db", "2.db", "campaign", "export", "drive-error", "--out", "b"},
+                      folder.path())
               .exit_code == 0);
   CHECK(tests::read_text(folder.path() / "a/readings.csv") ==
         tests::read_text(folder.path() / "b/readings.csv"));
