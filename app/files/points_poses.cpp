@@ -9,6 +9,8 @@
 #include "app/files/points_rows.hpp"
 #include "core/error.hpp"
 #include "core/measure/point_outliers.hpp"
+#include "core/measure/screen.hpp"
+#include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -207,8 +209,7 @@ class PoseFinder {
       frame.T_B_T = frames_[static_cast<std::size_t>(s.epoch) - 1];
       s.seen = pose_of_nests(s.points, frame, layout_.sigma_mm);
       double& phi = s.seen.pose.phi_rad;
-      const double target = planned(plan_, s).target.phi_rad;
-      phi = target + std::remainder(phi - target, 2 * kPi);
+      phi = near_target_rad(phi, planned(plan_, s).target.phi_rad);
     }
     see_sides();
   }

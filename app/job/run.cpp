@@ -7,13 +7,13 @@
 
 #include <fmt/format.h>
 
+#include "app/job/fitted_range.hpp"
 #include "app/job/points.hpp"
 #include "app/job/screening.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/seen.hpp"
 #include "core/measure/bad_readings.hpp"
-#include "core/plane/hull.hpp"
 #include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
 #include "core/units.hpp"
@@ -212,22 +212,18 @@ std::vector<std::string> improvement_words(const Json& improvements) {
 }
 
 /// A warning where the correction is judged beyond the points it was fitted to.
-std::vector<std::string> hull_words(const std::vector<Judged>& judged) {
-  std::vector<Place> fitted, held_out;
+std::vector<std::string> range_words(const std::vector<Judged>& judged) {
+  std::vector<Reading> fitted;
+  std::vector<Pose> held_out;
   for (const Judged& j : judged) {
-    const Place place{j.point.target.x_mm, j.point.target.y_mm};
-    if (j.standing == Standing::fitted) fitted.push_back(place);
-    if (j.standing == Standing::unseen) held_out.push_back(place);
+    if (j.standing == Standing::fitted) fitted.emplace_back().target = j.point.target;
+    if (j.standing == Standing::unseen) held_out.push_back(j.point.target);
   }
-  if (held_out.empty()) return {};
-  const std::vector<Place> hull = convex_hull(fitted);
-  const auto outside =
-      std::ranges::count_if(held_out, [&](const Place& place) { return !inside(hull, place); });
-  if (outside == 0) return {};
-  return {
-      fmt::format("warning: {} of {} held-out points lie outside the convex hull of the fitted "
-                  "ones: there the correction extrapolates",
-                  outside, held_out.size())};
+  if (fitted.empty()) return {};
+  std::vector<std::string> words =
+      extrapolation_words(trammel::fitted_range(fitted), held_out, "held-out points");
+  for (std::string& sentence : words) sentence = "warning: " + sentence;
+  return words;
 }
 
 /// Where validation points stand on fitted ones or in epochs of their own, and where nothing is
@@ -373,7 +369,7 @@ store::NewJob computed(const Inputs& in) {
   }
   for (const auto& more :
        {suspect_words(in, seen, judged, result.details), improvement_words(gains),
-        hull_words(judged), held_out_words(in.loaded.campaign, judged)}) {
+        range_words(judged), held_out_words(in.loaded.campaign, judged)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
   job.result_json =

@@ -3,19 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "core/linear/decompositions.hpp"
-#include "core/measure/point_outliers.hpp"
-#include "core/statistics/summary.hpp"
+#include "core/measure/printed.hpp"
+#include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
 
 namespace {
 
-constexpr double kThreeQuartersOfNormal = 1.1503;  // |N(0, 1)| stays below it in 75 %
 constexpr int kMostDegree = 3;
 constexpr double kRowsPerTerm = 2.5;  // fewer rows would follow the bad ones
 constexpr double kTurnsRad = rad_from_deg(0.05);
@@ -64,9 +62,9 @@ Eigen::MatrixXd terms_of(const Rows& rows, int degree, bool turns) {
 double sigma_of(const Eigen::VectorXd& left, const std::vector<bool>& keep) {
   std::vector<double> size;
   for (Eigen::Index k = 0; k < left.size(); ++k) {
-    if (keep[static_cast<std::size_t>(k)]) size.push_back(std::abs(left[k]));
+    if (keep[static_cast<std::size_t>(k)]) size.push_back(left[k]);
   }
-  return quantile(size, 0.75) / kThreeQuartersOfNormal;
+  return robust_sigma(std::move(size));
 }
 
 /// Deviations less the smooth field of the readings that are not far from it.
@@ -125,13 +123,6 @@ Field field_of(const Rows& rows) {
   return f;
 }
 
-template <class... Numbers>
-std::string words(const char* format, Numbers... numbers) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, numbers...);
-  return text;
-}
-
 double way_mm(const Pose& a, const Pose& b) { return std::hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm); }
 
 bool other_place(const Pose& a, const Pose& b) {
@@ -148,9 +139,9 @@ void add_stale(const Campaign& campaign, std::vector<Suspicion>& found) {
       const Reading& bad = later ? r : *before;
       const Reading& good = later ? *before : r;
       found.push_back({Mistake::stale,
-                       words("repeats the pose of seq %d to the last digit", good.seq),
-                       words("it was asked for a pose %.3g mm away, and stands %.3g mm from it",
-                             way_mm(r.target, before->target), way_mm(*bad.measured, bad.target)),
+                       printed("repeats the pose of seq %d to the last digit", good.seq),
+                       printed("it was asked for a pose %.3g mm away, and stands %.3g mm from it",
+                               way_mm(r.target, before->target), way_mm(*bad.measured, bad.target)),
                        {bad.seq}});
     }
     before = &r;
@@ -162,7 +153,7 @@ void add_missed(const Campaign& campaign, std::vector<Suspicion>& found) {
     if (!r.measured || !(*r.measured == Pose{}) || !other_place(r.target, Pose{})) continue;
     found.push_back({Mistake::missed,
                      "reads 0, 0, 0: the tracker saw nothing",
-                     words("its target is %.3g mm away", way_mm(r.target, Pose{})),
+                     printed("its target is %.3g mm away", way_mm(r.target, Pose{})),
                      {r.seq}});
   }
 }
@@ -177,9 +168,9 @@ void add_far(const Field& f, std::vector<Suspicion>& found) {
     const double times = (left.cwiseAbs().array() / f.sigma.array().max(1e-12)).maxCoeff();
     found.push_back({Mistake::far,
                      "has no good neighbour",
-                     words("%.3g mm and %.3g deg from what the others have about its place, %.3g "
-                           "times their scatter",
-                           left.head<2>().norm(), deg_from_rad(std::abs(left[2])), times),
+                     printed("%.3g mm and %.3g deg from what the others have about its place, %.3g "
+                             "times their scatter",
+                             left.head<2>().norm(), deg_from_rad(std::abs(left[2])), times),
                      {seq}});
   }
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <map>
 #include <set>
@@ -10,8 +9,9 @@
 
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/noise.hpp"
-#include "core/measure/point_outliers.hpp"
+#include "core/measure/printed.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -34,13 +34,6 @@ constexpr double kFineStep = 0.3;           // of sigma: coarser digits repeat b
 constexpr double kFineStepMm = 1e-3;        // where no sigma is known
 constexpr double kNominalCommandMm = 5e-3;  // encoders count finer
 
-template <class... Numbers>
-std::string worded(const char* format, Numbers... numbers) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, numbers...);
-  return text;
-}
-
 bool knows(const std::vector<Suspicion>& found, Mistake kind) {
   return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });
 }
@@ -56,9 +49,9 @@ void add_nominal(const Campaign& c, std::vector<Suspicion>& found) {
   }
   if (measured == 0 || 2 * static_cast<int>(same.size()) <= measured) return;
   found.push_back({Mistake::nominal, "measured equals target: were nominals exported?",
-                   worded("%d of %d readings stand on their targets to 1e-6 mm, nearer than any "
-                          "tracker reads",
-                          static_cast<int>(same.size()), measured),
+                   printed("%d of %d readings stand on their targets to 1e-6 mm, nearer than any "
+                           "tracker reads",
+                           static_cast<int>(same.size()), measured),
                    static_cast<int>(same.size()) == measured ? std::vector<int>{} : same});
 }
 
@@ -81,10 +74,11 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
   if (judged && xy >= kTooGood && near(phi, kRadPerDeg) && high - low < kOneOrientation) {
     found.push_back(
         {Mistake::radians,
-         worded("measured orientations are radians where degrees are due (slope %.4g)", kRadPerDeg),
-         worded("they scatter by %.2g deg, %.3g of the stated %.2g deg, while positions "
-                "scatter as stated",
-                deg_from_rad(left.phi_rad), phi, deg_from_rad(c.tracker->phi_rad))});
+         printed("measured orientations are radians where degrees are due (slope %.4g)",
+                 kRadPerDeg),
+         printed("they scatter by %.2g deg, %.3g of the stated %.2g deg, while positions "
+                 "scatter as stated",
+                 deg_from_rad(left.phi_rad), phi, deg_from_rad(c.tracker->phi_rad))});
     return;
   }
   if (judged && (xy < kTooGood || phi < kTooGood)) {
@@ -92,11 +86,11 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
     const double ratio = is_xy ? xy : phi;
     found.push_back(
         {Mistake::sigma_unit,
-         worded("is the stated sigma in the right unit%s? It is %.3g %s",
-                near(ratio, 1e-3) ? " (it looks like micrometres for mm)" : "",
-                is_xy ? c.tracker->xy_mm : deg_from_rad(c.tracker->phi_rad), is_xy ? "mm" : "deg"),
-         worded("readings scatter about a smooth field by %.2g %s, %.2g of the stated noise",
-                is_xy ? left_xy_mm : deg_from_rad(left.phi_rad), is_xy ? "mm" : "deg", ratio)});
+         printed("is the stated sigma in the right unit%s? It is %.3g %s",
+                 near(ratio, 1e-3) ? " (it looks like micrometres for mm)" : "",
+                 is_xy ? c.tracker->xy_mm : deg_from_rad(c.tracker->phi_rad), is_xy ? "mm" : "deg"),
+         printed("readings scatter about a smooth field by %.2g %s, %.2g of the stated noise",
+                 is_xy ? left_xy_mm : deg_from_rad(left.phi_rad), is_xy ? "mm" : "deg", ratio)});
     return;
   }
   const auto repeats = pooled_noise(c.readings);
@@ -105,10 +99,10 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
       repeats->sigma.phi_rad < kTooBad * c.tracker->phi_rad)
     return;
   found.push_back({Mistake::sigma_unit,
-                   worded("is the stated sigma in the right unit? It is %.3g mm and %.3g deg",
-                          c.tracker->xy_mm, deg_from_rad(c.tracker->phi_rad)),
-                   worded("repeats scatter by %.2g mm and %.2g deg", repeats->sigma.xy_mm,
-                          deg_from_rad(repeats->sigma.phi_rad))});
+                   printed("is the stated sigma in the right unit? It is %.3g mm and %.3g deg",
+                           c.tracker->xy_mm, deg_from_rad(c.tracker->phi_rad)),
+                   printed("repeats scatter by %.2g mm and %.2g deg", repeats->sigma.xy_mm,
+                           deg_from_rad(repeats->sigma.phi_rad))});
 }
 
 void add_temperature(const Campaign& c, std::vector<Suspicion>& found) {
@@ -131,8 +125,8 @@ void add_temperature(const Campaign& c, std::vector<Suspicion>& found) {
     if (seqs.empty()) return;
     if (seqs.size() == all) seqs.clear();
     found.push_back(
-        {Mistake::temperature_unit, worded("are temperatures in %s where deg C are due?", unit),
-         worded("temp_degc is %.4g, which would be %.3g deg C", one, degc), std::move(seqs)});
+        {Mistake::temperature_unit, printed("are temperatures in %s where deg C are due?", unit),
+         printed("temp_degc is %.4g, which would be %.3g deg C", one, degc), std::move(seqs)});
   };
   add(kelvin, one_k, "kelvin", one_k - 273.15);
   add(fahrenheit, one_f, "degrees Fahrenheit", (one_f - 32) / 1.8);
@@ -146,9 +140,9 @@ void add_clock(const Campaign& c, std::vector<Suspicion>& found) {
     if (!r.conditions.time_s) continue;
     if (before && *r.conditions.time_s < *before->conditions.time_s) {
       if (back.empty()) {
-        first = worded("from %.10g s at seq %d to %.10g s at seq %d, by %.10g s",
-                       *before->conditions.time_s, before->seq, *r.conditions.time_s, r.seq,
-                       *before->conditions.time_s - *r.conditions.time_s);
+        first = printed("from %.10g s at seq %d to %.10g s at seq %d, by %.10g s",
+                        *before->conditions.time_s, before->seq, *r.conditions.time_s, r.seq,
+                        *before->conditions.time_s - *r.conditions.time_s);
       }
       back.push_back(r.seq);
     }
@@ -197,15 +191,15 @@ void add_copies(const Campaign& c, std::vector<Suspicion>& found) {
   std::ranges::sort(duplicated);
   if (!copied.empty()) {
     found.push_back({Mistake::copied,
-                     worded("%d validation readings are copies of fitted ones: none of them is "
-                            "unseen",
-                            static_cast<int>(copied.size())),
+                     printed("%d validation readings are copies of fitted ones: none of them is "
+                             "unseen",
+                             static_cast<int>(copied.size())),
                      "target and measured pose are the same to the last digit", copied});
   }
   if (!duplicated.empty()) {
     found.push_back(
         {Mistake::duplicated,
-         worded("%d readings stand more than once", static_cast<int>(duplicated.size())),
+         printed("%d readings stand more than once", static_cast<int>(duplicated.size())),
          "target and measured pose are the same to the last digit", duplicated});
   }
 }
@@ -224,11 +218,11 @@ void add_epochs(const Campaign& c, std::vector<Suspicion>& found) {
   }
   if (unseen.empty() || fitted.empty()) return;
   found.push_back({Mistake::unknown_epoch,
-                   worded("the frame and homing of epoch %d are unknown: its validation readings "
-                          "judge nothing",
-                          epoch),
-                   worded("%d validation readings are of an epoch in which no reading is fitted",
-                          static_cast<int>(unseen.size())),
+                   printed("the frame and homing of epoch %d are unknown: its validation readings "
+                           "judge nothing",
+                           epoch),
+                   printed("%d validation readings are of an epoch in which no reading is fitted",
+                           static_cast<int>(unseen.size())),
                    unseen});
 }
 
@@ -246,11 +240,11 @@ void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
   found.push_back(
       {Mistake::other_commands,
        all ? "all commands are of another model than the nominal one"
-           : worded("%d of %d readings were measured under a correction",
-                    static_cast<int>(others.size()), static_cast<int>(c.readings.size())),
-       worded("they differ from the nominal inverse kinematics of their targets by up "
-              "to %.3g mm",
-              most_mm),
+           : printed("%d of %d readings were measured under a correction",
+                     static_cast<int>(others.size()), static_cast<int>(c.readings.size())),
+       printed("they differ from the nominal inverse kinematics of their targets by up "
+               "to %.3g mm",
+               most_mm),
        all ? std::vector<int>{} : others});
 }
 
@@ -262,8 +256,8 @@ void add_missing(const Campaign& c, const char* cell,
   }
   if (without.empty() || without.size() == c.readings.size()) return;
   found.push_back({Mistake::missing_cells,
-                   worded("%d of %d readings have no %s", static_cast<int>(without.size()),
-                          static_cast<int>(c.readings.size()), cell),
+                   printed("%d of %d readings have no %s", static_cast<int>(without.size()),
+                           static_cast<int>(c.readings.size()), cell),
                    "their cells are empty", without});
 }
 

@@ -3,25 +3,24 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <cstdio>
 #include <functional>
 #include <numeric>
 
-#include "core/measure/point_outliers.hpp"
+#include "core/measure/lie.hpp"
+#include "core/measure/printed.hpp"
 #include "core/mechanism/inverse.hpp"
-#include "core/statistics/summary.hpp"
+#include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
 
+using namespace poses;
+
 namespace {
 
-constexpr double kThreeQuarters = 0.75;
-constexpr double kOfNormal = 1.1503;  // |N(0, 1)| stays below it in three of four cases
-constexpr double kNearlyAll = 0.95;   // ends of lines too, which a shifted frame leaves
+constexpr double kNearlyAll = 0.95;  // ends of lines too, which a shifted frame leaves
 constexpr double kNearlyAllOfNormal = 1.96;
-constexpr double kFarBetter = 5;          // a hypothesis must fit so many times better
 constexpr double kAlike = 2;              // two that fit within this factor are both named
 constexpr double kNothingMm = 0.02;       // closer than this two hypotheses fit equally well
 constexpr double kMostUnreachable = 0.2;  // of the readings
@@ -30,35 +29,14 @@ constexpr double kOneUnit = 0.02;         // two scales are one unit
 constexpr double kDeviates = 0.2;         // of the width: what errors alone may be
 constexpr double kMostScaled = 0.05;      // lead and tracker scale stay below
 constexpr double kMostTurnedRad = rad_from_deg(2);
-constexpr double kMostShiftedMm = 5;   // of frame, joint zero or command
-constexpr double kSimilarShare = 0.1;  // of the width: what a similarity may leave
-constexpr double kNarrowMm = 1;        // targets nearer together show no turn and no scale
+constexpr double kMostShiftedMm = 5;  // of frame, joint zero or command
 constexpr double kOneOrientationRad = rad_from_deg(0.05);
-constexpr double kArmMm = 100;        // an orientation counts by what it moves at this arm
 constexpr double kOtherLengthMm = 1;  // of R, r or S: no machining is that far off
 constexpr double kLeastMm = 0.5;      // closer nothing gross is seen, however near the poses
 constexpr int kMostRows = 2;          // that columns may be shifted by
 
-using Complex = std::complex<double>;
-using Poses = std::vector<Pose>;
 using Commands = std::vector<Displacements>;
 using Displaced = std::optional<Displacements>;
-
-Complex place_of(const Pose& p) { return {p.x_mm, p.y_mm}; }
-
-/// Robust standard deviation of values about zero.
-double robust_sigma(std::vector<double> values, double share = kThreeQuarters,
-                    double of_normal = kOfNormal) {
-  for (double& v : values) v = std::abs(v);
-  return quantile(values, share) / of_normal;
-}
-
-template <class... Numbers>
-std::string printed(const char* format, Numbers... numbers) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, numbers...);
-  return text;
-}
 
 // --- commands against poses -----------------------------------------------------------------
 
@@ -120,183 +98,6 @@ Distance distance(const Model& model, const Commands& commands, const Poses& pos
   result.scatter_mm = std::sqrt(scatter2);
   result.whole_mm = std::sqrt(scatter2 + zero2);
   return result;
-}
-
-// --- poses against poses --------------------------------------------------------------------
-
-/// to = scale e^(i turn) from + shift in the complex plane, of conj(from) where mirrored.
-struct Similarity {
-  bool mirrored = false;
-  double scale = 1;
-  double turn_rad = 0;
-  Complex shift_mm = 0;
-  double left_mm = 0;  // robust, in lengths of `from`
-
-  [[nodiscard]] Complex back(Complex to) const {
-    const Complex from = (to - shift_mm) / std::polar(scale, turn_rad);
-    return mirrored ? std::conj(from) : from;
-  }
-};
-
-struct Points {
-  std::vector<Complex> from, to;
-};
-
-double width_of(const std::vector<Complex>& points) {
-  std::vector<double> x, y;
-  for (const Complex& p : points) {
-    x.push_back(p.real());
-    y.push_back(p.imag());
-  }
-  const double mx = median(x), my = median(y);
-  for (double& v : x) v -= mx;
-  for (double& v : y) v -= my;
-  return std::hypot(robust_sigma(x), robust_sigma(y));
-}
-
-/// Least squares, z = sum conj(p) m / sum |p|^2 about the means, on the points that are left when
-/// those beyond four medians of the residuals go, three times over.
-Similarity similarity(const Points& points, bool mirrored, bool rigid) {
-  constexpr int kTrims = 4;
-  constexpr double kFar = 4;
-  const std::size_t n = points.from.size();
-  const bool narrow = width_of(points.from) < kNarrowMm;
-  Similarity fit{.mirrored = mirrored};
-  std::vector<bool> keep(n, true);
-  std::vector<double> left(n);
-  for (int round = 0; round < kTrims; ++round) {
-    const auto from = [&](std::size_t k) {
-      return mirrored ? std::conj(points.from[k]) : points.from[k];
-    };
-    Complex mean_p = 0, mean_m = 0, sum = 0;
-    double kept = 0, pp = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      if (!keep[k]) continue;
-      mean_p += from(k);
-      mean_m += points.to[k];
-      kept += 1;
-    }
-    mean_p /= kept;
-    mean_m /= kept;
-    for (std::size_t k = 0; k < n; ++k) {
-      if (!keep[k]) continue;
-      sum += std::conj(from(k) - mean_p) * (points.to[k] - mean_m);
-      pp += std::norm(from(k) - mean_p);
-    }
-    if (!narrow && pp > 0 && std::abs(sum) > 0) {
-      fit.turn_rad = std::arg(sum);
-      fit.scale = rigid ? 1 : std::abs(sum) / pp;
-    }
-    fit.shift_mm = mean_m - std::polar(fit.scale, fit.turn_rad) * mean_p;
-    for (std::size_t k = 0; k < n; ++k) left[k] = std::abs(fit.back(points.to[k]) - points.from[k]);
-    const double limit = kFar * median(left);
-    for (std::size_t k = 0; k < n; ++k) keep[k] = left[k] <= limit;
-  }
-  fit.left_mm = robust_sigma(left);
-  return fit;
-}
-
-/// to = slope from + offset, angles modulo a turn.
-struct AngleFit {
-  double slope = 1;
-  double offset_rad = 0;
-  double left_rad = 0;  // robust, in angles of `from`
-};
-
-double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * kPi); }
-
-/// Median about the direction of the mean: angles count modulo a turn.
-double middle_of_angles(const std::vector<double>& angles_rad) {
-  Complex mean = 0;
-  for (const double a : angles_rad) mean += std::polar(1.0, a);
-  const double middle = std::arg(mean);
-  std::vector<double> off;
-  for (const double a : angles_rad) off.push_back(wrapped(a - middle));
-  return wrapped(middle + median(off));
-}
-
-AngleFit angles(const Poses& from, const Poses& to, double slope, bool free_offset) {
-  std::vector<double> off;
-  for (std::size_t k = 0; k < from.size(); ++k)
-    off.push_back(wrapped(to[k].phi_rad - slope * from[k].phi_rad));
-  AngleFit fit{.slope = slope, .offset_rad = free_offset ? middle_of_angles(off) : 0};
-  for (double& v : off) v = wrapped(v - fit.offset_rad);
-  fit.left_rad = robust_sigma(off) / std::abs(slope);
-  return fit;
-}
-
-/// In angles of either side: a large slope makes everything small on one of them.
-bool far_better(const AngleFit& fit, const AngleFit& than) {
-  return fit.left_rad * kFarBetter < than.left_rad &&
-         fit.left_rad * std::abs(fit.slope) * kFarBetter < than.left_rad;
-}
-
-/// Equal slopes unless another is far better: the wrong sign, radians for degrees and back.
-AngleFit angles(const Poses& from, const Poses& to) {
-  const AngleFit as_is = angles(from, to, 1, true);
-  AngleFit best = as_is;
-  for (const double slope : {-1.0, rad_from_deg(1), deg_from_rad(1)}) {
-    const AngleFit fit = angles(from, to, slope, true);
-    if (far_better(fit, as_is) && fit.left_rad < best.left_rad) best = fit;
-  }
-  if (best.slope != 1) return best;
-  for (const double slope : {rad_from_deg(1), deg_from_rad(1)}) {  // at one orientation
-    const AngleFit fit = angles(from, to, slope, false);
-    if (far_better(fit, angles(from, to, 1, false))) best = fit;
-  }
-  return best;
-}
-
-/// How one column of poses lies on another.
-struct Lie {
-  Similarity place;
-  AngleFit angle;
-  double width_mm = 0;
-  double off_mm = 0;  // robust distance as they are
-
-  /// A similarity explains the positions, or there is too little of them to tell.
-  [[nodiscard]] bool similar() const {
-    return width_mm < kNarrowMm || place.left_mm < kSimilarShare * width_mm;
-  }
-  [[nodiscard]] Pose back(const Pose& to) const {
-    const Complex p = place.back(place_of(to));
-    return {p.real(), p.imag(), wrapped(to.phi_rad - angle.offset_rad) / angle.slope};
-  }
-};
-
-std::vector<double> distances_mm(const Poses& a, const Poses& b, int shift = 0) {
-  std::vector<double> off;
-  const auto n = static_cast<int>(a.size());
-  for (int k = std::max(0, -shift); k < n - std::max(0, shift); ++k) {
-    const Pose& p = a[static_cast<std::size_t>(k)];
-    const Pose& q = b[static_cast<std::size_t>(k + shift)];
-    off.push_back(
-        std::hypot(p.x_mm - q.x_mm, p.y_mm - q.y_mm, kArmMm * wrapped(p.phi_rad - q.phi_rad)));
-  }
-  return off;
-}
-
-double off_mm(const Poses& a, const Poses& b) { return robust_sigma(distances_mm(a, b)); }
-
-Points points_of(const Poses& from, const Poses& to) {
-  Points points;
-  for (std::size_t k = 0; k < from.size(); ++k) {
-    points.from.push_back(place_of(from[k]));
-    points.to.push_back(place_of(to[k]));
-  }
-  return points;
-}
-
-/// Mirrored where that fits far better.
-Lie lie(const Poses& from, const Poses& to) {
-  const Points points = points_of(from, to);
-  Lie l{.place = similarity(points, false, false),
-        .angle = angles(from, to),
-        .width_mm = width_of(points.from),
-        .off_mm = off_mm(from, to)};
-  const Similarity mirrored = similarity(points, true, false);
-  if (l.width_mm > kNarrowMm && mirrored.left_mm * kFarBetter < l.place.left_mm) l.place = mirrored;
-  return l;
 }
 
 // --- words ----------------------------------------------------------------------------------

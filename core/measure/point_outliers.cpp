@@ -2,17 +2,9 @@
 
 #include <algorithm>
 
-#include "core/error.hpp"
+#include "core/statistics/robust.hpp"
 
 namespace trammel {
-
-double median(std::vector<double> values) {
-  TRAMMEL_ASSERT(!values.empty());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*std::max_element(values.begin(), middle) + *middle) / 2;
-}
 
 Screened screen(std::span<const Eigen::Vector3d> points_mm, const OutlierRule& rule) {
   Screened screened;

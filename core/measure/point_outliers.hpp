@@ -34,7 +34,4 @@ struct Screened {
 /// in 2,000 loses a point (point_outliers_test.cpp).
 Screened screen(std::span<const Eigen::Vector3d> points_mm, const OutlierRule& rule = {});
 
-/// Median: the middle value, the mean of the two middle ones of an even number. Not empty.
-double median(std::vector<double> values);
-
 }  // namespace trammel

@@ -1,5 +1,7 @@
 #include "core/measure/point_outliers.hpp"
 
+#include "core/statistics/robust.hpp"
+
 #include "tests/support/catch.hpp"
 #include "tests/support/nests.hpp"
 
