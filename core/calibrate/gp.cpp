@@ -42,7 +42,9 @@ double log_likelihood(const Eigen::ArrayXd& eigenvalues, const Eigen::ArrayXd& y
   return -0.5 * (n * std::log(signal2) + total.log().sum());
 }
 
-Eigen::ArrayXd covariance_row(const GpMap& map, const GpJoint& joint, Place at) {
+}  // namespace
+
+Eigen::VectorXd covariances(const GpMap& map, const GpJoint& joint, Place at) {
   const auto n = static_cast<Eigen::Index>(map.x_mm.size());
   const Eigen::Map<const Eigen::ArrayXd> X(map.x_mm.data(), n), Y(map.y_mm.data(), n);
   return joint.signal_mm * joint.signal_mm *
@@ -51,14 +53,12 @@ Eigen::ArrayXd covariance_row(const GpMap& map, const GpJoint& joint, Place at) 
              .exp();
 }
 
-Cholesky factor(const GpMap& map, const GpJoint& joint) {
+Eigen::MatrixXd covariance(const GpMap& map, const GpJoint& joint) {
   Eigen::MatrixXd K =
       joint.signal_mm * joint.signal_mm * correlation(map.x_mm, map.y_mm, joint.length_mm);
   K.diagonal().array() += joint.noise_mm * joint.noise_mm;
-  return Cholesky(std::move(K));
+  return K;
 }
-
-}  // namespace
 
 GpMap fit_gp(std::span<const JointSample> samples) {
   require_places(samples, 3);
@@ -102,7 +102,7 @@ GpMap fit_gp(std::span<const JointSample> samples) {
   }
   for (int i = 0; i < 3; ++i) {
     GpJoint& joint = map.joints[static_cast<std::size_t>(i)];
-    joint.weights = factor(map, joint).solve(Eigen::VectorXd(y.col(i)));
+    joint.weights = Cholesky(covariance(map, joint)).solve(Eigen::VectorXd(y.col(i)));
   }
   return map;
 }
@@ -111,7 +111,7 @@ Eigen::Vector3d predict(const GpMap& map, Place at) {
   Eigen::Vector3d error;
   for (int i = 0; i < 3; ++i) {
     const GpJoint& joint = map.joints[static_cast<std::size_t>(i)];
-    error[i] = joint.mean_mm + covariance_row(map, joint, at).matrix().dot(joint.weights);
+    error[i] = joint.mean_mm + covariances(map, joint, at).dot(joint.weights);
   }
   return error;
 }
@@ -120,9 +120,9 @@ std::vector<Eigen::Vector3d> uncertainty_mm(const GpMap& map, std::span<const Pl
   std::vector<Eigen::Vector3d> u(at.size());
   for (int i = 0; i < 3; ++i) {
     const GpJoint& joint = map.joints[static_cast<std::size_t>(i)];
-    const auto K = factor(map, joint);
+    const Cholesky K(covariance(map, joint));
     for (std::size_t q = 0; q < at.size(); ++q) {
-      const Eigen::VectorXd k = covariance_row(map, joint, at[q]).matrix();
+      const Eigen::VectorXd k = covariances(map, joint, at[q]);
       const double u2 = joint.signal_mm * joint.signal_mm - k.dot(K.solve(k));
       u[q][i] = std::sqrt(std::max(u2, 0.0));
     }

@@ -25,6 +25,12 @@ struct GpMap {
   std::array<GpJoint, 3> joints;
 };
 
+/// k, covariances of a process at a place with its samples, s^2 exp(-d^2 / (2 L^2)), shape
+/// (samples).
+Eigen::VectorXd covariances(const GpMap& map, const GpJoint& joint, Place at);
+/// K + n^2 I, covariance of the samples with their noise, shape (samples, samples).
+Eigen::MatrixXd covariance(const GpMap& map, const GpJoint& joint);
+
 /// Joint errors at a place: m + k' (K + n^2 I)^-1 (y - m).
 Eigen::Vector3d predict(const GpMap& map, Place at);
 

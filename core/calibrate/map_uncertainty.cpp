@@ -20,30 +20,6 @@ std::vector<Place> places_of(std::span<const JointSample> samples) {
   return places;
 }
 
-/// k(p, p_k) of one process.
-Eigen::VectorXd covariances(const GpJoint& process, std::span<const JointSample> samples,
-                            Place at) {
-  Eigen::VectorXd k(static_cast<Eigen::Index>(samples.size()));
-  for (Eigen::Index i = 0; i < k.size(); ++i) {
-    const JointSample& s = samples[static_cast<std::size_t>(i)];
-    const double d2 = std::pow(s.x_mm - at.x_mm, 2) + std::pow(s.y_mm - at.y_mm, 2);
-    k[i] = process.signal_mm * process.signal_mm *
-           std::exp(-d2 / (2 * process.length_mm * process.length_mm));
-  }
-  return k;
-}
-
-Eigen::MatrixXd covariance_of(const GpJoint& process, std::span<const JointSample> samples) {
-  const auto n = static_cast<Eigen::Index>(samples.size());
-  Eigen::MatrixXd K(n, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const JointSample& s = samples[static_cast<std::size_t>(j)];
-    K.col(j) = covariances(process, samples, {s.x_mm, s.y_mm});
-  }
-  K.diagonal().array() += process.noise_mm * process.noise_mm;
-  return K;
-}
-
 /// Readings in one place, as idw and rbf take them: how many share the place of each sample.
 std::vector<double> sharing(std::span<const JointSample> samples) {
   const std::vector<std::size_t> group = group_places(places_of(samples));
@@ -126,8 +102,7 @@ Weights weights_at(const MapUncertainty& of, const GpMap& map, Place at) {
   Weights w(static_cast<Eigen::Index>(of.samples.size()), 3);
   for (Eigen::Index i = 0; i < 3; ++i) {
     const GpJoint& joint = map.joints[static_cast<std::size_t>(i)];
-    w.col(i) = Cholesky(covariance_of(joint, of.samples))
-                   .solve(Eigen::VectorXd(covariances(joint, of.samples, at)));
+    w.col(i) = Cholesky(covariance(map, joint)).solve(Eigen::VectorXd(covariances(map, joint, at)));
     w.col(i).array() += (1 - w.col(i).sum()) / static_cast<double>(w.rows());
   }
   return w;
@@ -158,7 +133,7 @@ MapUncertainty map_uncertainty(const JointMap& map, const Mechanism& mechanism,
   }
   out.field = fit_gp(field);
   for (std::size_t c = 0; c < 3; ++c) {
-    out.covariance[c] = covariance_of(out.field.joints[c], out.samples);
+    out.covariance[c] = covariance(out.field, out.field.joints[c]);
   }
   if (const auto* rbf = std::get_if<RbfNetwork>(&map)) out.network = training_of(*rbf, samples);
   return out;
@@ -182,8 +157,8 @@ Eigen::Vector3d pose_variance(const MapUncertainty& of, Place at, const Eigen::M
   Eigen::Vector3d variance;
   for (std::size_t c = 0; c < 3; ++c) {
     const GpJoint& process = of.field.joints[c];
-    double square = process.signal_mm * process.signal_mm -
-                    2 * M[c][c].dot(covariances(process, of.samples, at));
+    double square =
+        process.signal_mm * process.signal_mm - 2 * M[c][c].dot(covariances(of.field, process, at));
     double bias = process.mean_mm;
     for (std::size_t b = 0; b < 3; ++b) {
       square += M[c][b].dot(of.covariance[b] * M[c][b]);
