@@ -86,7 +86,7 @@ void require_enough(const Work& w) {
 
 void fit_base(Work& w) {
   const NoiseFloor& noise = w.out.noise;
-  w.base = fit_geometry(nominal_model(w.campaign.mechanism), w.readings, noise.used,
+  w.base = fit_geometry(nominal_model(mechanism_of(w.campaign.machine)), w.readings, noise.used,
                         {.correlation = noise.correlation});
   w.space = residual_space(w.base, w.readings, noise.used, noise.correlation);
   w.library = make_library(w.space);
@@ -654,7 +654,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
 void leave_to_the_screen(Work& w) {
   Diagnosis& out = w.out;
   out.verdict = Verdict::unexplained;
-  out.fit.model = nominal_model(w.campaign.mechanism);
+  out.fit.model = nominal_model(mechanism_of(w.campaign.machine));
   out.notes.emplace_back(
       "nothing was fitted: what the screen found has to be put right first, in the campaign's "
       "files "

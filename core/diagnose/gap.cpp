@@ -111,7 +111,7 @@ void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, cons
     if (std::ranges::find(fitted, r.seq, &Reading::seq) != fitted.end()) seen.push_back(r);
   }
   const TrackerSigma sigma = diagnosis.noise.used;
-  const RobotModel nominal = nominal_model(campaign.mechanism);
+  const RobotModel nominal = nominal_model(mechanism_of(campaign.machine));
   diagnosis.gap.push_back(make_step("nominal", nominal, seen, unseen, nominal, sigma.xy_mm));
   const auto add = [&](std::string name, const GeometryFit& fit) {
     diagnosis.gap.push_back(

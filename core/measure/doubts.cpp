@@ -230,7 +230,7 @@ void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
   std::vector<int> others;
   double most_mm = 0;
   for (const Reading& r : c.readings) {
-    const InverseResult at = inverse(c.mechanism.geometry, r.target);
+    const InverseResult at = inverse(mechanism_of(c.machine).geometry, r.target);
     const double off_mm = at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0;
     if (off_mm > kNominalCommandMm) others.push_back(r.seq);
     most_mm = std::max(most_mm, off_mm);
