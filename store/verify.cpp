@@ -106,6 +106,11 @@ void chain(Connection& connection, const Scheme& scheme, CheckReport& report, st
       report.findings.push_back(name + ": this row, or the one before it, is not what was stored");
     }
     if (rows.integer(2) <= end.seq) report.findings.push_back(name + ": out of order");
+    // Readings are numbered one by one and none goes: the digest does not hold the number itself.
+    const bool whole = is_blob && std::ranges::equal(stored, expected);
+    if (whole && rows.integer(0) != previous + 1) {
+      report.findings.push_back(name + ": its number in the file was changed");
+    }
     // On with what is stored: then one changed row is named, and not all that follow.
     if (stored.size() == end.head.size()) std::ranges::copy(stored, end.head.begin());
     end.seq = rows.integer(2);

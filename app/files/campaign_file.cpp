@@ -10,6 +10,8 @@
 #include "app/files/mechanism_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/readings_csv.hpp"
+#include "core/measure/doubts.hpp"
+#include "core/measure/gross.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -100,6 +102,17 @@ std::string read_head(const JsonFile& json, CampaignFile& file) {
   return readings;
 }
 
+/// campaign/1 does not say what was measured under a correction: those rows are a walk of their
+/// own.
+void set_corrected_apart(CampaignFile& file) {
+  const std::vector<std::size_t> corrected = under_a_correction(file.campaign);
+  if (corrected.empty() || is_gross(gross_mistakes(file.campaign))) return;
+  file.sessions.push_back(
+      {.name = "import, corrected", .compensation = "a correction that the file does not name"});
+  file.session_of.assign(file.campaign.readings.size(), 0);
+  for (const std::size_t k : corrected) file.session_of[k] = 1;
+}
+
 nlohmann::ordered_json sessions_json(const CampaignFile& file) {
   auto all = nlohmann::ordered_json::array();
   for (const FileSession& s : file.sessions) {
@@ -145,6 +158,7 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file) {
   CampaignFile file;
   const std::string readings = read_head(read_json(path), file);
   read_readings_csv(path.parent_path() / readings, file);
+  if (file.format == 1) set_corrected_apart(file);
   return file;
 }
 

@@ -92,13 +92,13 @@ class Reader {
       if (needed && !at_[c]) missing_column(kNames[c]);
     }
     for (std::size_t k = 0; k < file.sessions.size(); ++k) known_[file.sessions[k].name] = k;
-    const DrivesAt home = drives_at(machine_, machine_.home);
-    if (!home.reached()) {
+    if (machine_.kind->chain == &kPrrChain) mechanism_ = mechanism_of(machine_);
+    if (out_of_reach(machine_.home) < kChains) {
       throw InputError({.what = "the home pose is out of reach",
                         .where = {.file = table.name, .field = "mechanism.home"}});
     }
-    previous_cmd_mm_ = home.q_mm;
-    if (machine_.kind->chain == &kPrrChain) mechanism_ = mechanism_of(machine_);
+    previous_cmd_mm_ = mechanism_ ? inverse(mechanism_->geometry, machine_.home).l_mm
+                                  : drives_at(machine_, machine_.home).q_mm;
   }
 
   void read_all() {

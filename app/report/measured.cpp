@@ -59,9 +59,13 @@ Walk make_walk(store::Connection& connection, const store::SessionRow& session,
 /// Of an imported walk the targets are known as far as it went.
 void plan_as_walked(Walk& walk, const std::vector<store::SessionReading>& stored) {
   walk.n_asked = walk.session.n_asked;
+  std::map<int, int> point_of;
   for (const auto& [session, reading] : stored) {
-    if (session == walk.session.id) walk.plan.push_back(reading.target);
+    if (session != walk.session.id) continue;
+    walk.plan.push_back(reading.target);
+    point_of[reading.seq] = static_cast<int>(walk.plan.size());
   }
+  for (Visit& visit : walk.visits) visit.point = point_of[visit.reading.seq];
   walk.n_done = static_cast<int>(walk.plan.size());
 }
 

@@ -10,7 +10,7 @@
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/printed.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
@@ -33,6 +33,7 @@ constexpr double kOneOrientation = rad_from_deg(0.05);
 constexpr double kFineStep = 0.3;           // of sigma: coarser digits repeat by chance
 constexpr double kFineStepMm = 1e-3;        // where no sigma is known
 constexpr double kNominalCommandMm = 5e-3;  // encoders count finer
+constexpr double kMostCorrectionMm = 5;     // what is more is no machine's error
 
 bool knows(const std::vector<Suspicion>& found, Mistake kind) {
   return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });
@@ -226,14 +227,23 @@ void add_epochs(const Campaign& c, std::vector<Suspicion>& found) {
                    unseen});
 }
 
+/// How far each reading's commands are from the nominal ones of its target; 0 out of reach.
+std::vector<double> command_off_mm(const Campaign& c) {
+  std::vector<double> off_mm;
+  for (const Reading& r : c.readings) {
+    const DrivesAt at = drives_at(c.machine, r.target);
+    off_mm.push_back(at.reached() ? (r.conditions.cmd_mm - at.q_mm).cwiseAbs().maxCoeff() : 0);
+  }
+  return off_mm;
+}
+
 void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
+  const std::vector<double> off_mm = command_off_mm(c);
   std::vector<int> others;
   double most_mm = 0;
-  for (const Reading& r : c.readings) {
-    const InverseResult at = inverse(mechanism_of(c.machine).geometry, r.target);
-    const double off_mm = at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0;
-    if (off_mm > kNominalCommandMm) others.push_back(r.seq);
-    most_mm = std::max(most_mm, off_mm);
+  for (std::size_t k = 0; k < off_mm.size(); ++k) {
+    if (off_mm[k] > kNominalCommandMm) others.push_back(c.readings[k].seq);
+    most_mm = std::max(most_mm, off_mm[k]);
   }
   if (others.empty()) return;
   const bool all = others.size() == c.readings.size();
@@ -262,6 +272,17 @@ void add_missing(const Campaign& c, const char* cell,
 }
 
 }  // namespace
+
+std::vector<std::size_t> under_a_correction(const Campaign& c) {
+  const std::vector<double> off_mm = command_off_mm(c);
+  const auto is_other = [](double off) { return off > kNominalCommandMm; };
+  std::vector<std::size_t> corrected;
+  if (std::ranges::all_of(off_mm, is_other)) return corrected;
+  for (std::size_t k = 0; k < off_mm.size(); ++k) {
+    if (is_other(off_mm[k]) && off_mm[k] < kMostCorrectionMm) corrected.push_back(k);
+  }
+  return corrected;
+}
 
 std::vector<Suspicion> doubts(const Campaign& c, const std::vector<Suspicion>& known) {
   std::vector<Suspicion> found;

@@ -7,6 +7,11 @@
 
 namespace trammel {
 
+/// Places of the readings that were measured under a correction, in a campaign that does not say
+/// so: their commands differ from the nominal inverse kinematics of their targets by 5 um to 5 mm,
+/// and those of others do not. (Where all differ, they are commands of another model.)
+std::vector<std::size_t> under_a_correction(const Campaign& campaign);
+
 /// What is doubtful beside the `known` findings: nominals in place of measurements, sigmas and
 /// temperatures of another unit, clocks that run backwards, duplicated rows and copies, validation
 /// that judges nothing, commands of another model, cells that some readings lack. None of it is

@@ -51,7 +51,8 @@ constexpr std::array<MistakeRule, 25> kRules = {{
     {Mistake::unknown_epoch, "unknown_epoch", Gravity::doubt,
      "identify from readings of that epoch as well"},
     {Mistake::other_commands, "other_commands", Gravity::remark,
-     "they count as baseline: state the mechanism or the compensation they were made with"},
+     "those under a correction are a walk of their own and no baseline; where all are of another "
+     "model they count as baseline: state the mechanism they were made with"},
     {Mistake::missing_cells, "missing_cells", Gravity::remark,
      "what needs them uses the readings that have them"},
     {Mistake::stale, "stale", Gravity::doubt, kExclude},

@@ -171,7 +171,7 @@ CREATE INDEX attempt_open ON attempt (status) WHERE status = 'open';
 
 -- Raw: what was commanded and what was read. sha256 chains the campaign's readings in the order of
 -- seq: digest of the previous reading's sha256 (the first: of the campaign's uuid) and of what this one is, named by
--- natural keys: session, epoch, point and attempt. The integer target key is one for 50 and 49.99999999999999.
+-- natural keys: session, epoch, point and attempt.
 CREATE TABLE reading (
   reading_id INTEGER PRIMARY KEY,
   campaign_id INTEGER NOT NULL REFERENCES campaign,
@@ -200,10 +200,6 @@ CREATE TABLE reading (
   raw_reply TEXT CHECK (length(raw_reply) <= 100000),
   extra_json TEXT CHECK (length(extra_json) >= 2),
   sha256 BLOB NOT NULL CHECK (length(sha256) = 32),
-  target_x_nm INTEGER GENERATED ALWAYS AS (CAST(round(1e6 * target_x_mm) AS INTEGER)) VIRTUAL,
-  target_y_nm INTEGER GENERATED ALWAYS AS (CAST(round(1e6 * coalesce(target_y_mm, 0.0)) AS INTEGER)) VIRTUAL,
-  target_phi_urad INTEGER GENERATED ALWAYS AS (CAST(round(1e6 * (coalesce(target_phi_rad, 0.0)
-    - 6.283185307179586 * round(coalesce(target_phi_rad, 0.0) / 6.283185307179586))) AS INTEGER)) VIRTUAL,
   UNIQUE (campaign_id, seq),
   FOREIGN KEY (session_id, epoch) REFERENCES epoch (session_id, number),
   CHECK (target_y_mm IS NOT NULL OR target_phi_rad IS NULL),
@@ -573,7 +569,7 @@ SELECT campaign.name AS campaign, session.name AS session, point.session_id, poi
 FROM point JOIN session USING (session_id) JOIN campaign USING (campaign_id);
 
 -- Measured minus target of every reading, and under what it was taken. Coordinates that are not measured are NULL
--- and no part of a position's error.
+-- and no part of a position's error. The target has an integer key: one for 50 and 49.99999999999999.
 CREATE VIEW v_point_error AS
 SELECT campaign.campaign_id, campaign.name AS campaign, campaign.kind, reading.session_id,
        session.name AS session, coalesce(job.stage, nullif(session.compensation_name, ''), 'baseline') AS method,
@@ -584,7 +580,11 @@ SELECT campaign.campaign_id, campaign.name AS campaign, campaign.kind, reading.s
             + coalesce((y_mm - target_y_mm) * (y_mm - target_y_mm), 0.0)) AS position_mm,
        degrees(phi_rad - target_phi_rad) AS error_phi_deg,
        abs(degrees(phi_rad - target_phi_rad)) AS attitude_deg,
-       time_s, temp_degc, exclusion.reason AS excluded, target_x_nm, target_y_nm, target_phi_urad
+       time_s, temp_degc, exclusion.reason AS excluded,
+       CAST(round(1e6 * target_x_mm) AS INTEGER) AS target_x_nm,
+       CAST(round(1e6 * coalesce(target_y_mm, 0.0)) AS INTEGER) AS target_y_nm,
+       CAST(round(1e6 * (coalesce(target_phi_rad, 0.0) - 6.283185307179586
+         * round(coalesce(target_phi_rad, 0.0) / 6.283185307179586))) AS INTEGER) AS target_phi_urad
 FROM reading JOIN campaign USING (campaign_id)
 JOIN session ON session.session_id = reading.session_id
 LEFT JOIN job ON job.job_id = session.compensation_job_id
@@ -655,7 +655,7 @@ WITH figure AS (
 ), fit AS (
   SELECT DISTINCT predicted.job_id, target_x_nm, target_y_nm FROM v_job_point AS predicted
   JOIN job USING (job_id)
-  JOIN reading ON reading.campaign_id = job.campaign_id AND reading.seq = predicted.seq
+  JOIN v_point_error AS seen ON seen.campaign_id = job.campaign_id AND seen.seq = predicted.seq
   WHERE in_sample = 1 AND predicted.job_id IN (SELECT compensation_job_id FROM session)
 ), pair AS (
   SELECT figure.*, baseline.value AS before,

@@ -21,7 +21,8 @@ TEST_CASE("an imported campaign comes back bit for bit", "[store]") {
   c.readings[4].set = ReadingSet::predict;
   c.readings[4].measured.reset();
   c.machine.chains[1][6] = 0.1 + 0.2;  // h_2
-  const ImportResult result = import_campaign(db, c, {{3, R"({"x_operator":"=1+1"})"}});
+  const ImportResult result =
+      import_campaign(db, c, {.extra_json = {{3, R"({"x_operator":"=1+1"})"}}});
   CHECK_FALSE(result.already_stored);
   const LoadedCampaign loaded = load_campaign(db, result.campaign_id);
   CHECK(loaded.campaign.name == c.name);
@@ -58,7 +59,7 @@ TEST_CASE("the same campaign again stores nothing twice, another of its name is 
   Campaign other = small_campaign();
   other.readings[3].measured->y_mm += 1e-12;
   CHECK_THROWS_AS(import_campaign(db, other), InputError);
-  CHECK_THROWS_AS(import_campaign(db, small_campaign(), {{1, "{}"}}), InputError);
+  CHECK_THROWS_AS(import_campaign(db, small_campaign(), {.extra_json = {{1, "{}"}}}), InputError);
   CHECK(number(db, "SELECT count(*) FROM reading") == n);
   other.name = "second";
   CHECK_FALSE(import_campaign(db, other).already_stored);
@@ -108,13 +109,16 @@ TEST_CASE("the text a reading was made of is kept, and counts when it is brought
   Connection db = store::open(folder.file("lab.db"), Access::create);
   const std::map<int, std::string> raw = {{2, "P1, 1.0, 2.0\nP2, 3.0, 4.0"}};
   const std::string settings = R"({"points":{"file":"a.txt"}})";
-  const ImportResult first = import_campaign(db, small_campaign(), {}, settings, raw);
+  const ImportResult first =
+      import_campaign(db, small_campaign(), {.raw_reply = raw, .settings_json = settings});
   const auto stored = readings(db, first.campaign_id);
   CHECK(stored[1].data.raw_reply == raw.at(2));
   CHECK_FALSE(stored[0].data.raw_reply);
   CHECK(list_sessions(db, first.campaign_id).front().settings_json == settings);
-  CHECK(import_campaign(db, small_campaign(), {}, settings, raw).already_stored);
-  CHECK_THROWS_AS(import_campaign(db, small_campaign(), {}, settings, {{2, "another"}}),
+  CHECK(import_campaign(db, small_campaign(), {.raw_reply = raw, .settings_json = settings})
+            .already_stored);
+  CHECK_THROWS_AS(import_campaign(db, small_campaign(),
+                                  {.raw_reply = {{2, "another"}}, .settings_json = settings}),
                   InputError);
   CHECK(import_campaign(db, small_campaign()).already_stored);  // an export has no raw text
 }

@@ -7,6 +7,8 @@
 #include "store/job.hpp"
 #include "store/migrate.hpp"
 #include "store/model.hpp"
+#include "store/open.hpp"
+#include "store/verify.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/paths.hpp"
@@ -108,7 +110,7 @@ TEST_CASE("every table of the old schema is taken over, every row with its numbe
     const std::string sql = "SELECT count(*), sum(rowid) FROM " + table;
     Statement a(old, sql), b(now, sql);
     REQUIRE((a.step() && b.step()));
-    CHECK(a.integer(0) > 0);
+    if (table != "job_parent") CHECK(a.integer(0) > 0);
     CHECK(a.text(0) == b.text(0));
     if (table != "job_session" && table != "job_exclusion" && table != "job_parent") {
       CHECK(a.text(1) == b.text(1));

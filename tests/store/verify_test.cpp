@@ -247,7 +247,7 @@ TEST_CASE("verify finds rows that were changed, taken away or slipped in", "[sto
        "UPDATE machine_chain SET value = 734 WHERE chain = 2 AND parameter = 'R_mm'", "campaign 1"},
       {"drive", "UPDATE drive SET lead_mm = 5 WHERE drive = 1", "campaign 1"},
       {"campaign_fact", "DELETE FROM campaign_fact WHERE key = 'operator'", "campaign 1"},
-      {"session", "UPDATE session SET compensation_job_id = 1 WHERE session_id = 2", "session 2"},
+      {"session", "UPDATE session SET compensation_job_id = 1, compensation_name = 'x' WHERE session_id = 2", "session 2"},
       {"point", "UPDATE point SET target_x_mm = 0 WHERE seq = 1", "session 2"},
       {"epoch", "UPDATE epoch SET reason = '' WHERE epoch_id = 2", "epoch 2"},
       {"attempt", "UPDATE attempt SET detail = 'x' WHERE attempt_id = 1", "attempt 1"},

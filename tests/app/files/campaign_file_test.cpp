@@ -1,6 +1,7 @@
 #include "app/files/campaign_file.hpp"
 
 #include "app/files/numbers.hpp"
+#include "app/files/readings_csv.hpp"
 #include "core/error.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
@@ -224,4 +225,98 @@ TEST_CASE("a refused export leaves what was there", "[exchange]") {
   const auto blocked = folder.write("file", "old");
   CHECK_THROWS_AS(write_campaign(read_campaign(kDriveError), blocked), StoreError);
   CHECK(read_text(blocked) == "old");
+}
+
+namespace {
+
+const char* const kStage =
+    R"({"format": "campaign/2", "name": "xy", "kind": "real",
+ "mechanism": {"type": "XY",
+  "chains": [{"alpha_deg": 0, "gamma_deg": 90}, {"alpha_deg": 90, "gamma_deg": 0}],
+  "drives": [{"lead_mm": 5, "l_min_mm": -200, "l_max_mm": 200},
+             {"lead_mm": 10, "l_min_mm": -100, "l_max_mm": 100}]},
+ "measured": ["x", "y"],
+ "tracker": {"sigma_xy_mm": 0.0001},
+ "sessions": [{"name": "a", "plan": "grid", "n_points": 4, "held_epochs": [2]}],
+ "exclusions": [{"seq": 2, "reason": "bumped"}],
+ "readings": "readings.csv"})";
+
+const std::string kStageColumns =
+    "seq,session,compensation,role,epoch,target_x_mm,target_y_mm,cmd_l1_mm,cmd_l2_mm,x_mm,y_mm\n";
+
+}  // namespace
+
+TEST_CASE("campaign/2 holds a machine of two drives, its walks and what was left out",
+          "[exchange]") {
+  const CampaignFile file = read(kStageColumns +
+                                     "1,a,,,1,10,20,10,20,10.001,19.999\n"
+                                     "2,a,,circle 1,2,30,-5,30,-5,30.002,-5.001\n"
+                                     "3,b,lsq,,2,10,20,9.999,20.001,10,20\n",
+                                 kStage);
+  const Machine& machine = file.campaign.machine;
+  CHECK(machine.kind->name == "XY");
+  CHECK(machine.drives[1].limits.l_max_mm == 100);
+  CHECK(machine.measured == Coordinates{true, true, false});
+  REQUIRE(file.sessions.size() == 2);
+  CHECK((file.sessions[0].n_points == 4 && file.sessions[0].compensation.empty()));
+  CHECK((file.sessions[1].name == "b" && file.sessions[1].compensation == "lsq"));
+  CHECK(file.session_of == std::vector<std::size_t>{0, 0, 1});
+  CHECK(file.campaign.readings[1].measured->phi_rad == 0);
+  // A calibration takes baseline readings that are not left out.
+  CHECK(baseline_of(file).readings.size() == 1);
+  const TemporaryFolder folder;
+  write_campaign(file, folder.path() / "out");
+  const CampaignFile again = read_campaign(folder.path() / "out");
+  CHECK(again.campaign.machine == machine);
+  CHECK(again.roles == file.roles);
+  CHECK(again.exclusions == file.exclusions);
+  CHECK(again.sessions[0].held_epochs == std::vector<int>{2});
+  CHECK(again.campaign.readings[2].conditions.cmd_mm == Displacements(9.999, 20.001, 0));
+  CHECK_THAT(read_text(folder.path() / "out" / "readings.csv"),
+             !Contains("phi") && !Contains("l3"));
+}
+
+TEST_CASE("campaign/2 refuses what contradicts itself or its machine", "[exchange]") {
+  const std::string row = "1,a,,,1,10,20,10,20,10.001,19.999\n", two = "2,a,,,1,0,0,0,0,0,0\n";
+  // Another correction in one walk; a walk and an exclusion without a reading.
+  CHECK_THAT(error_of(kStageColumns + row + "2,a,lsq,,1,0,0,0,0,0,0\n", kStage).what,
+             Contains("another correction"));
+  CHECK_THAT(error_of(kStageColumns + "1,b,,,1,0,0,0,0,0,0\n2,b,,,1,0,0,0,0,0,0\n", kStage).what,
+             Contains("session without a reading"));
+  CHECK(error_of(kStageColumns + row, kStage).where.point == "seq 2");
+  // Columns of what the machine has not, or does not measure.
+  CHECK_THAT(error_of("phi_deg," + kStageColumns + "0," + row + "0," + two, kStage).what,
+             Contains("phi_deg"));
+  CHECK_THAT(error_of("cmd_l3_mm," + kStageColumns + "0," + row, kStage).what,
+             Contains("cmd_l3_mm"));
+  // Beyond a drive's own limits: 150 mm is in reach of the first drive alone.
+  CHECK_THAT(error_of(kStageColumns + "1,a,,,1,0,150,0,150,0,150\n" + two, kStage).what,
+             Contains("limits"));
+  // campaign/1 knows no walks.
+  CHECK_THAT(error_of(kColumns + ",session\n1,0,0,0,261.8,261.8,261.8,0,0,0,a\n").what,
+             Contains("session"));
+}
+
+TEST_CASE("rows of campaign/1 that were measured under a correction are no baseline",
+          "[exchange]") {
+  CampaignFile file = read_campaign(kDriveError);
+  const std::size_t n = file.campaign.readings.size();
+  CHECK(file.sessions.size() == 1);
+  const TemporaryFolder folder;
+  // The last forty rows' first command is 0.08 mm from the nominal one.
+  const auto to = [&](std::size_t first, double by_mm) {
+    CampaignFile moved = file;
+    moved.format = 1;
+    for (std::size_t k = first; k < n; ++k)
+      moved.campaign.readings[k].conditions.cmd_mm[0] += by_mm;
+    folder.write("readings.csv", readings_csv(moved));
+    folder.write("campaign.json", read_text(kDriveError + "/campaign.json"));
+    return read_campaign(folder.path());
+  };
+  const CampaignFile some = to(n - 40, 0.08);
+  REQUIRE(some.sessions.size() == 2);
+  CHECK_FALSE(some.sessions[1].compensation.empty());
+  CHECK(baseline_of(some).readings.size() == n - 40);
+  CHECK(to(n - 40, 0.001).sessions.size() == 1);  // an encoder's count
+  CHECK(to(0, 0.08).sessions.size() == 1);        // all: commands of another model
 }

@@ -314,7 +314,7 @@ TEST_CASE("what is doubtful is named with its readings, and nothing else", "[mea
   Campaign one = clean;  // at one orientation the scatter of phi tells radians
   for (Reading& r : one.readings) {
     r.target.phi_rad = 0;
-    r.conditions.cmd_mm = inverse(one.mechanism.geometry, r.target).l_mm;
+    r.conditions.cmd_mm = inverse(mechanism_of(one.machine).geometry, r.target).l_mm;
   }
   Random random(9);
   for (Reading& r : one.readings)
