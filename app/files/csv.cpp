@@ -206,7 +206,10 @@ void check_length(const CsvTable& table, const CsvTable::Row& row) {
   throw InputError({.what = k < n ? "a field is missing" : "more fields than columns",
                     .where = where,
                     .got = std::to_string(row.cells.size()) + " fields",
-                    .expected = std::to_string(n)});
+                    .expected = std::to_string(n),
+                    .hint = k < n ? ""
+                                  : "where commas are decimal marks, columns are separated by "
+                                    "semicolons or tabs"});
 }
 
 // Where the sign stands that makes a spreadsheet run the text, behind any '; or none.

@@ -239,7 +239,9 @@ Correction read_correction(Fields f) {
 }
 
 Correction correction_of(const std::string& result_json) {
-  const JsonFile file = parse_json(result_json, "stored result");
+  // Of the correction alone: the points beside it may be more than a file that people write holds.
+  const Json correction = {{"correction", Json::parse(result_json).at("correction")}};
+  const JsonFile file = parse_json(correction.dump(), "stored result");
   Fields top(file);
   return read_correction(top.object("correction"));
 }

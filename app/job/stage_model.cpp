@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/job/held_out.hpp"
 #include "app/job/identification.hpp"
@@ -10,6 +12,7 @@
 #include "core/calibrate/identifiability.hpp"
 #include "core/diagnose/diagnose.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/measure/bad_readings.hpp"
 #include "core/measure/noise.hpp"
 #include "core/plane/blocks.hpp"
 #include "core/statistics/interval.hpp"
@@ -136,13 +139,14 @@ void halves(const GeometryFit& fit, const std::vector<Reading>& rows, StageResul
 }
 
 /// Readings that do not belong to the rest, by seq: none is dropped.
-void outliers(const GeometryFit& fit, const std::vector<Reading>& rows, bool robust,
+void outliers(const GeometryFit& judged, const std::vector<Reading>& rows, bool robust,
               StageResult& out) {
-  const std::vector<OutlyingReading> found = outlying_readings(fit, rows);
+  const std::vector<OutlyingReading> found = outlying_readings(judged, rows);
   out.details["outliers"] = Json::array();
   std::string named;
   for (const OutlyingReading& o : found) {
-    out.details["outliers"].push_back({{"seq", o.seq}, {"sigmas", o.sigmas}, {"weight", o.weight}});
+    out.details["outliers"].push_back(
+        {{"seq", o.seq}, {"sigmas", o.sigmas}, {"weight", robust ? o.weight : 1.0}});
     if (out.details["outliers"].size() > kOutliersTold) continue;
     named += fmt::format("{}seq {} ({:.1f} sigmas{})", named.empty() ? "" : ", ", o.seq, o.sigmas,
                          robust ? fmt::format(", weight {:.2f}", o.weight) : "");
@@ -158,6 +162,28 @@ void outliers(const GeometryFit& fit, const std::vector<Reading>& rows, bool rob
       robust ? "they count less"
              : "they count in full: --robust lets them count less, `trammel "
                "reading exclude` leaves them out"));
+}
+
+/// The fit that judges single readings where wrong ones may bend the fit of all: robust, and
+/// without those that are wrong for certain.
+GeometryFit fit_of_most(const RobotModel& start, const std::vector<Reading>& rows,
+                        const std::vector<Suspicion>& bad, const TrackerSigma& sigma,
+                        GeometryFitOptions options) {
+  const auto is_bad = [&bad](const Reading& r) {
+    return std::ranges::any_of(bad, [&r](const Suspicion& s) { return s.seqs.front() == r.seq; });
+  };
+  std::vector<Reading> rest = rows;
+  std::erase_if(rest, is_bad);
+  options.huber = true;
+  GeometryFit fit = fit_geometry(start, rest, sigma, options);
+  fit.system = whitened_system(fit.model, rows, sigma, fit.parameters);
+  const Eigen::VectorXd weights =
+      std::exchange(fit.weights, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rows.size())));
+  Eigen::Index next = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (!is_bad(rows[k])) fit.weights[static_cast<Eigen::Index>(k)] = weights[next++];
+  }
+  return fit;
 }
 
 /// chi2 by which uncertainties are judged. Huber's psi in place of the residual (Huber 1981, Sec.
@@ -179,9 +205,10 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
       with_epochs(identify_rows(campaign), mechanism_of(campaign.machine),
                   parameters["epochs"].get<std::string>(), out.words);
   const bool robust = parameters["robust"].get<bool>();
-  GeometryFit result =
-      fit_geometry(start_model(campaign, parameters, out), rows, noise.sigma,
-                   {.huber = robust, .tolerance_prior = parameters["tolerance_prior"].get<bool>()});
+  const RobotModel start = start_model(campaign, parameters, out);
+  GeometryFitOptions options{.huber = robust,
+                             .tolerance_prior = parameters["tolerance_prior"].get<bool>()};
+  GeometryFit result = fit_geometry(start, rows, noise.sigma, options);
   const auto names = scaled_parameters(result.parameters);
   const Identifiability known = identifiability(result.system.jacobian, names);
   const auto n = static_cast<Eigen::Index>(names.size());
@@ -210,7 +237,9 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
   out.details["weighted_rss"] = result.chi2;
   std::ranges::move(told.words, std::back_inserter(out.words));
   halves(result, rows, out);
-  outliers(result, rows, robust, out);
+  const std::vector<Suspicion> bad = bad_readings(campaign);
+  const bool bent = !bad.empty() || (!robust && !found.goodness.explained);
+  outliers(bent ? fit_of_most(start, rows, bad, noise.sigma, options) : result, rows, robust, out);
   if (result.status != GeometryFit::Status::converged) {
     out.words.push_back(fmt::format(
         "warning: the fit did not converge in {} steps: judge it by held-out figures alone",
@@ -236,6 +265,24 @@ std::vector<double> held_out_mm(const Fit& fit_one, const Campaign& campaign,
   return errors;
 }
 
+/// The model under a map. What the geometry lacks it would take up with the zeros and frames of
+/// each epoch as well, in each another way, and leave a field that differs between epochs: no map
+/// follows that. So the epochs' shifts are those that maps take out, beside a smooth error.
+RobotModel model_under_map(const Campaign& campaign, const Json& parameters, StageResult& out) {
+  StageResult of_epochs;
+  MapRows from = map_rows(campaign, parameters, of_epochs);
+  if (from.shifts.empty()) return fit(campaign, parameters, out).model;
+  std::ranges::move(of_epochs.words, std::back_inserter(out.words));
+  Campaign one_epoch = campaign;
+  std::erase_if(one_epoch.readings, [](const Reading& r) { return r.set == ReadingSet::identify; });
+  std::ranges::move(from.rows, std::back_inserter(one_epoch.readings));
+  Json shared = parameters;
+  shared["epochs"] = "shared";
+  RobotModel model = fit(one_epoch, shared, out).model;
+  model.epochs = from.shifts;
+  return model;
+}
+
 /// Whether the map lowers the error of readings that neither it nor the model saw, beyond chance.
 bool map_helps(const Campaign& campaign, const Json& parameters, const std::vector<Reading>& rows,
                StageResult& out) {
@@ -244,7 +291,7 @@ bool map_helps(const Campaign& campaign, const Json& parameters, const std::vect
   const std::vector<int> block = spatial_blocks(places, kBlocks);
   const auto model_of = [&parameters](const Campaign& training) {
     StageResult unused;
-    return fit(training, parameters, unused).model;
+    return model_under_map(training, parameters, unused);
   };
   try {
     const auto without =
@@ -292,7 +339,7 @@ StageResult run_hybrid(const Campaign& campaign, const Json& parameters) {
   if (rows.size() > kMostGpSamples) {  // refused before the long fit
     static_cast<void>(fit_gp(joint_samples(mechanism_of(campaign.machine), rows)));
   }
-  const RobotModel model = fit(campaign, parameters, out).model;
+  const RobotModel model = model_under_map(campaign, parameters, out);
   const GpMap left = fit_gp(samples_left(model, rows));
   for (std::size_t i = 0; i < kChains; ++i) {
     const GpJoint& j = left.joints[i];

@@ -8,14 +8,18 @@
 #include "core/linear/decompositions.hpp"
 #include "core/linear/products.hpp"
 #include "core/linear/singular_values.hpp"
+#include "core/measure/bad_readings.hpp"
 #include "core/statistics/limits.hpp"
 
 namespace trammel {
 
 namespace {
 
-constexpr double kJudged = 1e-6;  // of a reading's own three directions: less is fitted exactly
-constexpr double kStop = 1e-7;    // sigmas that the readings still move
+constexpr double kJudged = 1e-6;      // of a reading's own three directions: less is fitted exactly
+constexpr double kSetAside = 0.5;     // of the worst d2: the worst pulls others, not its own like
+constexpr double kRowsPerColumn = 2;  // fewer rows would follow single readings
+constexpr double kOwnDirection = 1e-10;     // of the largest eigenvalue of unit columns
+constexpr double kStop = 1e-7;              // sigmas that the readings still move
 constexpr double kFirstDamping = 1e-8;      // of the largest s^2
 constexpr double kLastDamping = 1e4;        // beyond it a step moves nothing
 constexpr double kMedianOfChi3 = 1.538172;  // sqrt of the median of chi^2(3)
@@ -45,15 +49,18 @@ void require_usable(std::span<const Reading> readings, const TrackerSigma& sigma
                     .hint = "check the mechanism's parameters, or exclude the reading"});
 }
 
-/// Spread of the readings' residuals in sigmas, from the median, at least 1.
-double spread(const Eigen::VectorXd& residual) {
+/// Spread of the readings' residuals in sigmas, from the median, at least 1; `fitted`: columns that
+/// took their share of it.
+double spread(const Eigen::VectorXd& residual, Eigen::Index fitted = 0) {
   std::vector<double> sizes;
   for (Eigen::Index i = 0; i < residual.size(); i += 3) {
     sizes.push_back(residual.segment<3>(i).norm());
   }
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
-  return std::max(1.0, *middle / kMedianOfChi3);
+  const auto rows = static_cast<double>(residual.size());
+  const double left = std::max(1.0, rows - static_cast<double>(fitted)) / rows;
+  return std::max(1.0, *middle / kMedianOfChi3 / std::sqrt(left));
 }
 
 Eigen::VectorXd huber_weights(const Eigen::VectorXd& residual, double scale) {
@@ -253,23 +260,59 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   return fit;
 }
 
+namespace {
+
+/// Orthonormal columns that span those of J, without what is theirs but for rounding.
+Eigen::MatrixXd orthonormal(Eigen::MatrixXd J) {
+  J.colwise().normalize();
+  const SymmetricEigen eigen = symmetric_eigen(gram(J));
+  const double least = kOwnDirection * eigen.values.maxCoeff();
+  Eigen::MatrixXd kept(J.cols(), (eigen.values.array() > least).count());
+  for (Eigen::Index k = 0, next = 0; k < J.cols(); ++k) {
+    if (eigen.values[k] > least)
+      kept.col(next++) = eigen.vectors.col(k) / std::sqrt(eigen.values[k]);
+  }
+  return product(J, kept);
+}
+
+/// What may move with a reading: the directions that the fit knows, and a smooth field of each
+/// coordinate.
+Eigen::MatrixXd with_smooth_field(const GeometryFit& fit, std::span<const Reading> readings) {
+  const Eigen::MatrixXd known = product(fit.system.jacobian, fit.identified.directions);
+  std::vector<Pose> targets;
+  for (const Reading& r : readings) targets.push_back(r.target);
+  const Eigen::MatrixXd field = smooth_terms(targets);
+  const Eigen::Index n = known.cols(), terms = field.cols();
+  if (kRowsPerColumn * static_cast<double>(n + 3 * terms) > static_cast<double>(known.rows()))
+    return orthonormal(known);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(known.rows(), n + 3 * terms);
+  J.leftCols(n) = known;
+  for (Eigen::Index i = 0; i < field.rows(); ++i) {
+    for (Eigen::Index c = 0; c < 3; ++c) J.block(3 * i + c, n + terms * c, 1, terms) = field.row(i);
+  }
+  return orthonormal(std::move(J));
+}
+
+}  // namespace
+
 std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
                                                std::span<const Reading> readings,
                                                double false_alarm) {
   TRAMMEL_ASSERT(fit.weights.size() == static_cast<Eigen::Index>(readings.size()));
   const double limit = chi2_limit(false_alarm / static_cast<double>(readings.size()), 3);
-  const Eigen::MatrixXd J = product(fit.system.jacobian, fit.identified.directions);
-  // the normal equations of the readings that are left; at the solution their right side is zero
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(J.cols(), J.cols());
-  normal.diagonal() = fit.identified.singular.head(fit.identified.rank).cwiseAbs2();
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(J.cols());
+  const Eigen::MatrixXd J = with_smooth_field(fit, readings);
+  // the normal equations of the readings that are left
+  WhitenedSystem counted{fit.system.residual, J};
+  counted = weighted(std::move(counted), fit.weights);
+  Eigen::MatrixXd normal = gram(counted.jacobian);
+  Eigen::VectorXd right = transposed_times(counted.jacobian, counted.residual);
   std::vector<bool> out(readings.size(), false);
   std::vector<double> d2(readings.size());
   const auto judge = [&] {
     const Eigen::MatrixXd inverse = inverse_symmetric(normal);
     const Eigen::VectorXd residual = fit.system.residual - times(J, times(inverse, right));
     const Eigen::MatrixXd solved = product(J, inverse);
-    const double variance = std::pow(spread(residual), 2);
+    const double variance = std::pow(spread(residual, J.cols()), 2);
     for (std::size_t k = 0; k < readings.size(); ++k) {
       const auto i = static_cast<Eigen::Index>(k);
       Eigen::Matrix3d expected = rows_product(J.middleRows<3>(3 * i), solved.middleRows<3>(3 * i));
@@ -285,19 +328,25 @@ std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
       }
     }
   };
-  judge();
-  for (std::size_t n = 0; n < readings.size() / 4; ++n) {
-    std::size_t worst = readings.size();
-    for (std::size_t k = 0; k < readings.size(); ++k) {
-      if (!out[k] && d2[k] > (worst < readings.size() ? d2[worst] : limit)) worst = k;
-    }
-    if (worst == readings.size()) break;
-    const auto i = static_cast<Eigen::Index>(worst);
-    const Eigen::Matrix3Xd rows = J.middleRows<3>(3 * i);
-    add_gram(normal, rows, -fit.weights[i]);
-    right -= fit.weights[i] * transposed_times(rows, fit.system.residual.segment<3>(3 * i));
-    out[worst] = true;
+  const std::size_t most = readings.size() / 4;
+  for (std::size_t n_out = 0;;) {
     judge();
+    std::vector<std::size_t> beyond;
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      if (!out[k] && d2[k] > limit) beyond.push_back(k);
+    }
+    if (beyond.empty() || n_out == most) break;
+    std::ranges::sort(beyond, [&](std::size_t a, std::size_t b) { return d2[a] > d2[b]; });
+    const double least = kSetAside * d2[beyond.front()];
+    for (const std::size_t k : beyond) {
+      if (d2[k] < least || n_out == most) break;
+      const auto i = static_cast<Eigen::Index>(k);
+      const Eigen::MatrixXd rows = J.middleRows<3>(3 * i);
+      add_gram(normal, rows, -fit.weights[i]);
+      right -= fit.weights[i] * transposed_times(rows, fit.system.residual.segment<3>(3 * i));
+      out[k] = true;
+      ++n_out;
+    }
   }
   std::vector<OutlyingReading> found;
   for (std::size_t k = 0; k < readings.size(); ++k) {

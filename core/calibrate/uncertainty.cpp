@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -109,33 +110,32 @@ struct Change {
 /// Coordinates of one kind, place or phi.
 class Kind {
  public:
-  explicit Kind(double sigma) : sigma_(sigma) {}
-
-  void add(const Entry& entry) {
-    entries_.push_back(entry);
-    own2_ += entry.own * entry.own;
-    seen2_ += entry.error * entry.error;
+  Kind(double sigma, std::vector<Entry> entries) : sigma_(sigma), entries_(std::move(entries)) {
+    std::ranges::stable_sort(entries_, {}, &Entry::seq);
+    for (const Entry& e : entries_) {
+      own2_ += e.own * e.own;
+      seen2_ += e.error * e.error;
+      if (e.own > 0) factors_.push_back(e.factor(sigma_));
+    }
+    std::ranges::sort(factors_);
   }
 
   /// By all that are not of `seq`.
   [[nodiscard]] Change without(int seq) const {
     double own2 = own2_, seen2 = seen2_;
-    std::vector<double> factors;
-    for (const Entry& e : entries_) {
-      if (e.seq == seq) {
-        own2 -= e.own * e.own;
-        seen2 -= e.error * e.error;
-      } else if (e.own > 0) {
-        factors.push_back(e.factor(sigma_));
-      }
+    std::vector<double> left_out;
+    for (const Entry& e : std::ranges::equal_range(entries_, seq, {}, &Entry::seq)) {
+      own2 -= e.own * e.own;
+      seen2 -= e.error * e.error;
+      if (e.own > 0) left_out.push_back(e.factor(sigma_));
     }
-    const auto n = static_cast<double>(factors.size());
+    const auto n = static_cast<double>(factors_.size() - left_out.size());
     if (n < 2) return {};
     if (own2 / n > sigma_ * sigma_) {
-      const auto within =
-          std::min(factors.size(), static_cast<std::size_t>(std::ceil(kWithin * (n + 1))));
-      std::ranges::nth_element(factors, factors.begin() + static_cast<std::ptrdiff_t>(within - 1));
-      return {.factor = factors[within - 1]};
+      std::size_t at = static_cast<std::size_t>(std::min(n, std::ceil(kWithin * (n + 1)))) - 1;
+      std::ranges::sort(left_out);  // each that stands before it moves it on by one
+      for (const double factor : left_out) at += factor <= factors_[at] ? 1U : 0U;
+      return {.factor = factors_[at]};
     }
     const double more2 = std::max(0.0, (seen2 - own2) / n - sigma_ * sigma_);
     const double u2 = own2 / n + more2, share = u2 / (u2 + sigma_ * sigma_);
@@ -146,8 +146,9 @@ class Kind {
  private:
   static constexpr double kWithin = 0.9545;   // of a normal distribution, k = 2
   static constexpr double kLeastDegrees = 5;  // below it t says no more than that little is known
-  std::vector<Entry> entries_;
   double sigma_, own2_ = 0, seen2_ = 0;
+  std::vector<Entry> entries_;   // by seq
+  std::vector<double> factors_;  // of those that expect something, rising
 };
 
 std::string words_of(const Change& change, double unit, const char* name) {
@@ -189,14 +190,15 @@ std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
 PointUncertainty calibrated(const PointUncertainty& own, std::span<const HeldOut> held_out,
                             const TrackerSigma& sigma) {
   if (held_out.size() < kFewestHeldOut) return own;
-  Kind place(sigma.xy_mm), phi(sigma.phi_rad);
+  std::vector<Entry> places, orientations;
   for (const HeldOut& h : held_out) {
     const Expanded U = own.of(*h.reading);
     const int seq = h.reading->seq;
-    place.add({seq, h.error.x_mm, U.U_mm / 2});
-    place.add({seq, h.error.y_mm, U.U_mm / 2});
-    phi.add({seq, h.error.phi_rad, U.U_rad / 2});
+    places.push_back({seq, h.error.x_mm, U.U_mm / 2});
+    places.push_back({seq, h.error.y_mm, U.U_mm / 2});
+    orientations.push_back({seq, h.error.phi_rad, U.U_rad / 2});
   }
+  const Kind place(sigma.xy_mm, std::move(places)), phi(sigma.phi_rad, std::move(orientations));
   constexpr int kNone = -1;
   return {own.basis + "; by " + std::to_string(held_out.size()) + " held-out points of place " +
               words_of(place.without(kNone), 1, "mm") + ", of phi " +
@@ -211,21 +213,32 @@ PointUncertainty calibrated(const PointUncertainty& own, std::span<const HeldOut
 PointUncertainty held_out_uncertainty(std::span<const HeldOut> held_out, const std::string& whence,
                                       const TrackerSigma& sigma) {
   TRAMMEL_ASSERT(held_out.size() >= 2);
-  const std::vector<HeldOut> all(held_out.begin(), held_out.end());
+  struct Squares {
+    double place = 0, phi = 0, n = 0;
+    void add(const Squares& s, double times) {
+      place += times * s.place;
+      phi += times * s.phi;
+      n += times * s.n;
+    }
+  };
+  Squares all;
+  std::map<int, Squares> of_seq;
+  for (const HeldOut& h : held_out) {
+    const Pose& e = h.error;
+    const Squares one{(e.x_mm * e.x_mm + e.y_mm * e.y_mm) / 2, e.phi_rad * e.phi_rad, 1};
+    all.add(one, 1);
+    of_seq[h.reading->seq].add(one, 1);
+  }
   return {"the errors of " + whence + ", their noise removed (the same at every point)",
-          [all, sigma](const Reading& reading) {
-            double place = 0, phi = 0, n = 0;
-            for (const HeldOut& h : all) {
-              if (h.reading->seq == reading.seq) continue;
-              place += (h.error.x_mm * h.error.x_mm + h.error.y_mm * h.error.y_mm) / 2;
-              phi += h.error.phi_rad * h.error.phi_rad;
-              ++n;
-            }
-            const auto beyond = [n](double squares, double noise) {
-              return 2 * std::sqrt(std::max(0.0, squares / n - noise * noise));
+          [all, of_seq, sigma](const Reading& reading) {
+            Squares others = all;
+            if (const auto own = of_seq.find(reading.seq); own != of_seq.end())
+              others.add(own->second, -1);
+            const auto beyond = [&](double squares, double noise) {
+              return 2 * std::sqrt(std::max(0.0, squares / others.n - noise * noise));
             };
-            return Expanded{.U_mm = beyond(place, sigma.xy_mm),
-                            .U_rad = beyond(phi, sigma.phi_rad)};
+            return Expanded{.U_mm = beyond(others.place, sigma.xy_mm),
+                            .U_rad = beyond(others.phi, sigma.phi_rad)};
           }};
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/linear/decompositions.hpp"
+#include "core/linear/products.hpp"
 #include "core/measure/printed.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/units.hpp"
@@ -18,6 +19,10 @@ constexpr int kMostDegree = 3;
 constexpr double kRowsPerTerm = 2.5;  // fewer rows would follow the bad ones
 constexpr double kTurnsRad = rad_from_deg(0.05);
 constexpr int kRounds = 12;
+constexpr double kWorthALook = 4;        // scales: where none is farther, none bends the field
+constexpr int kReweighted = 30;          // least absolute deviations stand still by then
+constexpr double kLeastSize = 0.3;       // of the scale: smaller residuals have one weight
+constexpr double kTinyScale = 1e-9;      // mm, rad: where most readings lie on the field
 constexpr double kScaleOfFieldMm = 100;  // for the condition of the equations alone
 constexpr std::array<double, 3> kLeastFar = {0.05, 0.05, rad_from_deg(0.02)};  // mm, mm, rad
 constexpr double kOtherTargetMm = 0.1;
@@ -40,15 +45,15 @@ std::map<int, Rows> by_epoch(const Campaign& campaign) {
 }
 
 /// x^a y^b with a + b <= degree, and phi, phi^2, phi x, phi y where orientations vary.
-Eigen::MatrixXd terms_of(const Rows& rows, int degree, bool turns) {
+Eigen::MatrixXd terms_of(std::span<const Pose> targets, int degree, bool turns) {
   std::vector<std::array<int, 2>> powers;
   for (int a = 0; a <= degree; ++a) {
     for (int b = 0; a + b <= degree; ++b) powers.push_back({a, b});
   }
   const auto n_powers = static_cast<Eigen::Index>(powers.size());
-  Eigen::MatrixXd A(static_cast<Eigen::Index>(rows.size()), n_powers + (turns ? 4 : 0));
+  Eigen::MatrixXd A(static_cast<Eigen::Index>(targets.size()), n_powers + (turns ? 4 : 0));
   for (Eigen::Index k = 0; k < A.rows(); ++k) {
-    const Pose& t = rows[static_cast<std::size_t>(k)]->target;
+    const Pose& t = targets[static_cast<std::size_t>(k)];
     const double x = t.x_mm / kScaleOfFieldMm, y = t.y_mm / kScaleOfFieldMm;
     for (Eigen::Index c = 0; c < n_powers; ++c) {
       const auto& power = powers[static_cast<std::size_t>(c)];
@@ -76,27 +81,51 @@ struct Field {
   int terms = 0;
 };
 
+/// What the weighted least squares of `off` on A leave, column by column.
+Eigen::MatrixXd left_of(const Eigen::MatrixXd& A, const Eigen::MatrixXd& off,
+                        const Eigen::VectorXd& weights) {
+  Eigen::MatrixXd left = off;
+  const Eigen::MatrixXd weighted = weights.asDiagonal() * A;
+  const Eigen::MatrixXd normal = transposed_product(weighted, A);
+  for (Eigen::Index c = 0; c < off.cols(); ++c) {
+    left.col(c) -= times(A, solve_symmetric(normal, transposed_times(weighted, off.col(c))));
+  }
+  return left;
+}
+
+/// Least absolute deviations, by weights 1 / |r| (Schlossmacher 1973), |r| the largest coordinate
+/// of the reading over its robust scale: several wrong readings in one corner bend the least
+/// squares to themselves, these not.
+Eigen::MatrixXd left_of_most(const Eigen::MatrixXd& A, const Eigen::MatrixXd& off) {
+  const std::vector<bool> all(static_cast<std::size_t>(off.rows()), true);
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(off.rows());
+  Eigen::MatrixXd left;
+  for (int round = 0; round < kReweighted; ++round) {
+    left = left_of(A, off, weights);
+    Eigen::VectorXd size = Eigen::VectorXd::Constant(off.rows(), kLeastSize);
+    for (Eigen::Index c = 0; c < off.cols(); ++c) {
+      const double sigma = std::max(sigma_of(left.col(c), all), kTinyScale);
+      size = size.cwiseMax(left.col(c).cwiseAbs() / sigma);
+    }
+    if (round == 0 && size.maxCoeff() < kWorthALook) break;
+    weights = size.cwiseInverse();
+  }
+  return left;
+}
+
 Field field_of(const Rows& rows) {
   Field f{.rows = rows};
   const auto n = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd off(n, 3);
-  std::vector<double> phi;
+  std::vector<Pose> targets;
   for (Eigen::Index k = 0; k < n; ++k) {
-    off.row(k) = deviation_of(*rows[static_cast<std::size_t>(k)]).transpose();
-    phi.push_back(rows[static_cast<std::size_t>(k)]->target.phi_rad);
+    const Reading& r = *rows[static_cast<std::size_t>(k)];
+    off.row(k) = deviation_of(r).transpose();
+    targets.push_back(r.target);
   }
-  const auto [low, high] = std::ranges::minmax_element(phi);
-  Eigen::MatrixXd A;
-  for (int degree = kMostDegree; degree >= 0; --degree) {
-    A = terms_of(rows, degree, degree > 0 && *high - *low > kTurnsRad);
-    if (kRowsPerTerm * static_cast<double>(A.cols()) <= static_cast<double>(n)) break;
-  }
+  const Eigen::MatrixXd A = smooth_terms(targets);
   f.terms = static_cast<int>(A.cols());
-  f.left = off;
-  for (int c = 0; c < 3; ++c) {
-    const Eigen::VectorXd column = off.col(c);
-    f.left.col(c).array() -= median({column.data(), column.data() + n});
-  }
+  f.left = left_of_most(A, off);
   f.keep.assign(rows.size(), true);
   for (int round = 0; round < kRounds; ++round) {
     std::vector<bool> keep(rows.size(), true);
@@ -109,16 +138,9 @@ Field field_of(const Rows& rows) {
     }
     if (round > 0 && keep == f.keep) break;
     f.keep = std::move(keep);
-    Eigen::MatrixXd used = A, seen = off;
-    for (Eigen::Index k = 0; k < n; ++k) {
-      if (f.keep[static_cast<std::size_t>(k)]) continue;
-      used.row(k).setZero();
-      seen.row(k).setZero();
-    }
-    for (int c = 0; c < 3; ++c)
-      f.left.col(c) =
-          off.col(c) - A * solve_symmetric(Eigen::MatrixXd(used.transpose() * used),
-                                           Eigen::VectorXd(used.transpose() * seen.col(c)));
+    Eigen::VectorXd used(n);
+    for (Eigen::Index k = 0; k < n; ++k) used[k] = f.keep[static_cast<std::size_t>(k)] ? 1 : 0;
+    f.left = left_of(A, off, used);
   }
   return f;
 }
@@ -176,6 +198,18 @@ void add_far(const Field& f, std::vector<Suspicion>& found) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd smooth_terms(std::span<const Pose> targets) {
+  const auto phi_of = [](const Pose& p) { return p.phi_rad; };
+  const auto [low, high] = std::ranges::minmax_element(targets, {}, phi_of);
+  const bool turns = high->phi_rad - low->phi_rad > kTurnsRad;
+  for (int degree = kMostDegree;; --degree) {
+    Eigen::MatrixXd A = terms_of(targets, degree, degree > 0 && turns);
+    const bool enough =
+        kRowsPerTerm * static_cast<double>(A.cols()) <= static_cast<double>(A.rows());
+    if (enough || degree == 0) return A;
+  }
+}
 
 std::vector<Suspicion> bad_readings(const Campaign& campaign) {
   std::vector<Suspicion> found;

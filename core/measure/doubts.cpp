@@ -19,7 +19,6 @@ namespace trammel {
 namespace {
 
 constexpr double kOnTargetMm = 1e-6;  // measured equals target: no tracker comes so near
-constexpr double kOnTargetRad = rad_from_deg(1e-6);
 constexpr int kEnoughFreedom = 12;
 // Residuals of a smooth field are an upper bound of the noise: chi^2 of 12 degrees stays above
 // 12/16 but for 1 in 10^5, and the quantile that stands for it is half as sure.
@@ -39,20 +38,38 @@ bool knows(const std::vector<Suspicion>& found, Mistake kind) {
   return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });
 }
 
+/// The step of the decimal digits that x and y are written with.
+double digit_step_mm(const Campaign& c) {
+  for (double step = 1; step > 1e-7; step /= 10) {
+    const bool fits = std::ranges::all_of(c.readings, [step](const Reading& r) {
+      const auto whole = [step](double v) {
+        return std::abs(v / step - std::round(v / step)) < 1e-6 * std::max(1.0, std::abs(v / step));
+      };
+      return !r.measured || (whole(r.measured->x_mm) && whole(r.measured->y_mm));
+    });
+    if (fits) return step;
+  }
+  return 0;
+}
+
+/// Positions that stand on their targets to the last digit they are written with.
 void add_nominal(const Campaign& c, std::vector<Suspicion>& found) {
+  const double step_mm = digit_step_mm(c);
+  const double on_target_mm = step_mm <= kFineStepMm ? std::max(kOnTargetMm, step_mm) : kOnTargetMm;
   std::vector<int> same;
   int measured = 0;
   for (const Reading& r : c.readings) {
     if (!r.measured) continue;
     ++measured;
-    const Eigen::Vector3d d = r.measured->vector() - r.target.vector();
-    if (d.head<2>().norm() < kOnTargetMm && std::abs(d[2]) < kOnTargetRad) same.push_back(r.seq);
+    if (std::hypot(r.measured->x_mm - r.target.x_mm, r.measured->y_mm - r.target.y_mm) <
+        on_target_mm)
+      same.push_back(r.seq);
   }
   if (measured == 0 || 2 * static_cast<int>(same.size()) <= measured) return;
   found.push_back({Mistake::nominal, "measured equals target: were nominals exported?",
-                   printed("%d of %d readings stand on their targets to 1e-6 mm, nearer than any "
+                   printed("%d of %d readings stand on their targets to %.2g mm, nearer than any "
                            "tracker reads",
-                           static_cast<int>(same.size()), measured),
+                           static_cast<int>(same.size()), measured, on_target_mm),
                    static_cast<int>(same.size()) == measured ? std::vector<int>{} : same});
 }
 
@@ -92,6 +109,19 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
                  is_xy ? c.tracker->xy_mm : deg_from_rad(c.tracker->phi_rad), is_xy ? "mm" : "deg"),
          printed("readings scatter about a smooth field by %.2g %s, %.2g of the stated noise",
                  is_xy ? left_xy_mm : deg_from_rad(left.phi_rad), is_xy ? "mm" : "deg", ratio)});
+    return;
+  }
+  const char* small_xy = judged && near(xy, 1e3) ? " (it looks like metres for mm)" : "";
+  const char* small_phi = judged && near(phi, deg_from_rad(1)) && near(phi / xy, deg_from_rad(1))
+                              ? " (it looks like radians for deg)"
+                              : "";
+  if (*small_xy != 0 || *small_phi != 0) {
+    found.push_back(
+        {Mistake::sigma_unit,
+         printed("is the stated sigma in the right unit? It is %.3g mm%s and %.3g deg%s",
+                 c.tracker->xy_mm, small_xy, deg_from_rad(c.tracker->phi_rad), small_phi),
+         printed("readings scatter about a smooth field by %.2g mm and %.2g deg", left_xy_mm,
+                 deg_from_rad(left.phi_rad))});
     return;
   }
   const auto repeats = pooled_noise(c.readings);
@@ -153,20 +183,6 @@ void add_clock(const Campaign& c, std::vector<Suspicion>& found) {
   const std::string times = back.size() == 1 ? "once" : std::to_string(back.size()) + " times";
   found.push_back({Mistake::clock, "time runs backwards " + times,
                    (back.size() == 1 ? "" : "first ") + first, back});
-}
-
-/// The step of the decimal digits that x and y are written with.
-double digit_step_mm(const Campaign& c) {
-  for (double step = 1; step > 1e-7; step /= 10) {
-    const bool fits = std::ranges::all_of(c.readings, [step](const Reading& r) {
-      const auto whole = [step](double v) {
-        return std::abs(v / step - std::round(v / step)) < 1e-6 * std::max(1.0, std::abs(v / step));
-      };
-      return !r.measured || (whole(r.measured->x_mm) && whole(r.measured->y_mm));
-    });
-    if (fits) return step;
-  }
-  return 0;
 }
 
 /// Readings of one target with the same pose to the last digit, where digits are finer than noise.

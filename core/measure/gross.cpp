@@ -170,13 +170,10 @@ std::vector<Part> parts_of(const Lie& l, const std::string& column) {
                            printed("(%.4g, %.4g) mm", middle.real(), middle.imag())});
     }
   }
-  if (l.angle.slope > 0 && l.angle.slope != 1) {
-    parts.push_back(
-        {Mistake::radians,
-         column +
-             (l.angle.slope < 1 ? " orientations are radians where degrees are due (slope "
-                                : " orientations were converted from degrees twice (slope ") +
-             printed("%.4g)", l.angle.slope)});
+  const auto unit = std::ranges::find(kAngleUnits, l.angle.slope, &AngleUnit::slope);
+  if (unit != kAngleUnits.end()) {
+    parts.push_back({Mistake::radians, column + " orientations " + unit->words +
+                                           printed(" (slope %.4g)", unit->slope)});
   }
   const double own = wrapped(l.angle.offset_rad - (turned && !p.mirrored ? p.turn_rad : 0));
   const bool with_turn = turned && std::abs(l.angle.offset_rad) < kMostTurnedRad;
@@ -323,7 +320,8 @@ class Search {
          std::max(left_mm, kNothingMm)});
   }
 
-  /// Small everywhere, and no orientation in it: what was measured less the target.
+  /// Small everywhere, and no orientation in it, or that of the targets: what was measured less the
+  /// target.
   [[nodiscard]] bool deviating() const {
     if (lie_.similar() && unit_of(lie_.place.scale)) return false;
     std::vector<double> place, phi, target_phi;
@@ -335,7 +333,15 @@ class Search {
     }
     const double turned = robust_sigma(target_phi);
     return robust_sigma(place) < kDeviates * lie_.width_mm &&
-           (turned < kOneOrientationRad || robust_sigma(phi) * kAlike < turned);
+           (turned < kOneOrientationRad || robust_sigma(phi) * kAlike < turned || follows());
+  }
+
+  /// Orientations are those of the targets, whatever positions are.
+  [[nodiscard]] bool follows() const {
+    const AngleFit& angle = lie_.angle;
+    if (lie_.similar() && lie_.place.scale > kMostScaled) return false;  // a unit, not errors
+    return angle.slope == 1 && angle.left_rad < kOneOrientationRad &&
+           std::abs(angle.offset_rad) < kMostTurnedRad;
   }
 
   static double middle_of(const Poses& poses) {
@@ -366,10 +372,19 @@ class Search {
   }
 
   void deviations() {
+    std::vector<double> phi;
+    for (const Pose& p : targets_) phi.push_back(p.phi_rad);
+    const auto [low, high] = std::ranges::minmax(phi);
+    const bool places_alone = follows() && high - low > kOneOrientationRad;
     Poses right;
-    for (std::size_t k = 0; k < measured_.size(); ++k)
-      right.push_back(Pose::from(targets_[k].vector() + measured_[k].vector()));
-    consider(Mistake::deviations, "deviations from the targets stand in place of measured poses",
+    for (std::size_t k = 0; k < measured_.size(); ++k) {
+      const Pose& off = measured_[k];
+      right.push_back(Pose::from(targets_[k].vector() + off.vector()));
+      if (places_alone) right.back().phi_rad = off.phi_rad;
+    }
+    consider(Mistake::deviations,
+             std::string("deviations from the targets stand in place of measured ") +
+                 (places_alone ? "x and y" : "poses"),
              off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
   }
 

@@ -40,14 +40,16 @@ bool far_better(const AngleFit& fit, const AngleFit& than) {
          fit.left_rad * std::abs(fit.slope) * kFarBetter < than.left_rad;
 }
 
-/// Equal slopes unless another is far better: the wrong sign, radians for degrees and back.
+/// Equal slopes unless another is far better: the wrong sign, another unit.
 AngleFit angles(const Poses& from, const Poses& to) {
   const AngleFit as_is = angles(from, to, 1, true);
   AngleFit best = as_is;
-  for (const double slope : {-1.0, rad_from_deg(1), deg_from_rad(1)}) {
+  const auto consider = [&](double slope) {
     const AngleFit fit = angles(from, to, slope, true);
     if (far_better(fit, as_is) && fit.left_rad < best.left_rad) best = fit;
-  }
+  };
+  consider(-1);
+  for (const AngleUnit& unit : kAngleUnits) consider(unit.slope);
   if (best.slope != 1) return best;
   for (const double slope : {rad_from_deg(1), deg_from_rad(1)}) {  // at one orientation
     const AngleFit fit = angles(from, to, slope, false);

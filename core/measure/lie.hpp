@@ -2,10 +2,12 @@
 // How one column of poses lies on another: by a similarity, straight or mirrored, and a line of the
 // orientations. Robust: a quarter of wild readings decides nothing.
 
+#include <array>
 #include <complex>
 #include <vector>
 
 #include "core/mechanism/pose.hpp"
+#include "core/units.hpp"
 
 namespace trammel::poses {
 
@@ -43,6 +45,20 @@ struct Points {
 /// Least squares, z = sum conj(p) m / sum |p|^2 about the means, on the points that are left when
 /// those beyond four medians of the residuals go, three times over. `rigid`: with scale 1.
 Similarity similarity(const Points& points, bool mirrored, bool rigid);
+
+/// What numbers of another unit are, read as degrees: so many times the angles.
+struct AngleUnit {
+  double slope;
+  const char* words;
+};
+inline constexpr std::array<AngleUnit, 7> kAngleUnits = {
+    {{rad_from_deg(1), "are radians where degrees are due"},
+     {deg_from_rad(1), "were converted from degrees twice"},
+     {1e3 * rad_from_deg(1), "are milliradians where degrees are due"},
+     {10.0 / 9, "are gradians where degrees are due"},
+     {60, "are minutes of arc where degrees are due"},
+     {3600, "are seconds of arc where degrees are due"},
+     {1.0 / 360, "are turns where degrees are due"}}};
 
 /// to = slope from + offset, angles modulo a turn.
 struct AngleFit {

@@ -20,7 +20,7 @@ enum class Mistake {
   frame_shifted,     // its origin lies elsewhere
   frame_mirrored,    // seen from below, axes swapped, or an axis with the wrong sign
   scale,             // lengths in another unit
-  radians,           // orientations are radians where degrees are due, or the other way about
+  radians,           // orientations in another unit than degrees
   working_mode,      // the links stand on the other side of the platform's joints
   exchanged,         // columns of target and measured pose changed places
   deviations,        // what was measured less the target stands where the measured pose is due

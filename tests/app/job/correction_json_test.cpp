@@ -67,3 +67,10 @@ TEST_CASE("a stored correction that is cut short or of unknown kind is refused b
   CHECK_THROWS_WITH(correction_of(R"({"correction": {"kind": "magic"}})"), Contains("kind"));
   CHECK_THROWS_WITH(correction_of(R"({"words": []})"), Contains("correction"));
 }
+
+TEST_CASE("a correction is read beside the points of 100,000 readings", "[job]") {
+  Json result = {{"points", Json::array()},
+                 {"correction", correction_json(GeometryCorrection{paper_mechanism().geometry})}};
+  for (int k = 0; k < 7; ++k) result["points"].push_back(std::vector<double>(100'000, 0.5));
+  CHECK(kind_of(correction_of(result.dump())) == "geometry");
+}

@@ -176,12 +176,42 @@ std::string table(const std::map<std::string, CoverageOfU>& found) {
 
 TEST_CASE("U covers 93 to 97 % of the coordinates of 200 robots, for each method",
           "[.coverage][calibrate]") {
-  const auto found = study(200, 1000);
+  const auto found = study(200, 5000);
   std::printf("%s", table(found).c_str());
   for (const auto& [name, c] : found) {
     INFO(name << ": " << c.share());
     CHECK(c.share() >= 0.93);
     CHECK(c.share() <= 0.97);
+  }
+}
+
+TEST_CASE("a judged point is left out of what corrects its U, as if it were not there",
+          "[calibrate]") {
+  Random random(51);
+  std::vector<Reading> readings(40);
+  std::vector<HeldOut> all;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    readings[k].seq = static_cast<int>(k) + 1;
+    all.push_back({&readings[k],
+                   Pose{0.05 * random.normal(), 0.05 * random.normal(), 0.001 * random.normal()}});
+  }
+  const PointUncertainty own{"test", [](const Reading& r) {
+                               return Expanded{.U_mm = 0.05 + 0.001 * r.seq, .U_rad = 1e-4};
+                             }};
+  const auto same = [](const Expanded& a, const Expanded& b) {
+    CHECK_THAT(a.U_mm, WithinAbs(b.U_mm, 1e-12));
+    CHECK_THAT(a.U_rad, WithinAbs(b.U_rad, 1e-14));
+  };
+  for (const double sigma_mm : {0.001, 0.2}) {  // its shape is seen, or its size alone
+    const TrackerSigma sigma{sigma_mm, 2e-4};
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      std::vector<HeldOut> others = all;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+      const Reading& at = readings[k];
+      same(calibrated(own, all, sigma).of(at), calibrated(own, others, sigma).of(at));
+      same(held_out_uncertainty(all, "test", sigma).of(at),
+           held_out_uncertainty(others, "test", sigma).of(at));
+    }
   }
 }
 

@@ -10,11 +10,13 @@
 #include <iostream>
 #include <map>
 
+#include "core/measure/bad_readings.hpp"
 #include "core/measure/gross.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/statistics/random.hpp"
 #include "core/units.hpp"
+#include "tests/core/calibrate/campaigns.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;
@@ -140,6 +142,9 @@ const std::vector<Kind>& kinds() {
        [](Campaign& c, Random&) {
          each_pose(c, [](Pose& p) { p.phi_rad = rad_from_deg(p.phi_rad); });
        }},
+      {"radians",
+       [](Campaign& c, Random&) { each_pose(c, [](Pose& p) { p.phi_rad *= 10.0 / 9; }); }},
+      {"radians", [](Campaign& c, Random&) { each_pose(c, [](Pose& p) { p.phi_rad *= 60; }); }},
       {"frame_turned",
        [](Campaign& c, Random& random) {
          const double by = rad_from_deg(random.uniform(4, 170));
@@ -180,6 +185,11 @@ const std::vector<Kind>& kinds() {
        [](Campaign& c, Random&) {
          for (Reading& r : c.readings)
            r.measured = Pose::from(r.measured->vector() - r.target.vector());
+       }},
+      {"deviations",
+       [](Campaign& c, Random&) {
+         for (Reading& r : c.readings)
+           r.measured->x_mm -= r.target.x_mm, r.measured->y_mm -= r.target.y_mm;
        }},
       {"mechanism",
        [](Campaign& c, Random& random) {
@@ -269,7 +279,19 @@ TEST_CASE("what is doubtful is named with its readings, and nothing else", "[mea
          for (Reading& r : c.readings) r.measured = r.target;
        },
        {}},
+      {"nominal",  // with the digits of a printout
+       [](Campaign& c) {
+         for (Reading& r : c.readings) {
+           r.measured = Pose{1e-3 * std::round(1e3 * r.target.x_mm),
+                             1e-3 * std::round(1e3 * r.target.y_mm), r.target.phi_rad};
+         }
+       },
+       {}},
       {"sigma_unit", [](Campaign& c) { c.tracker->xy_mm *= 1e3, c.tracker->phi_rad *= 1e3; }, {}},
+      {"sigma_unit", [](Campaign& c) { c.tracker->xy_mm /= 1e3; }, {}},
+      {"sigma_unit",
+       [](Campaign& c) { c.tracker->phi_rad = rad_from_deg(c.tracker->phi_rad); },
+       {}},
       {"temperature_unit",
        [](Campaign& c) {
          for (Reading& r : c.readings) *r.conditions.temp_degc += 273.15;
@@ -321,6 +343,64 @@ TEST_CASE("what is doubtful is named with its readings, and nothing else", "[mea
     r.measured->phi_rad = rad_from_deg(one.tracker->phi_rad * random.normal());
   CHECK(kinds_of(one).front() == "radians");
   CHECK_THROWS_WITH(require_sound(one, screened(one), "hint"), Contains("radians"));
+}
+
+TEST_CASE("the words of a wrong unit of orientations say which", "[measure]") {
+  for (const auto& [slope, words] : {std::pair{10.0 / 9, "are gradians"},
+                                     {60.0, "are minutes of arc"},
+                                     {3600.0, "are seconds of arc"},
+                                     {kPi / 180, "are radians"},
+                                     {180 / kPi, "converted from degrees twice"}}) {
+    Campaign c = large();
+    each_pose(c, [slope = slope](Pose& p) { p.phi_rad *= slope; });
+    const auto found = gross_mistakes(c);
+    REQUIRE(found.size() == 1);
+    CHECK_THAT(found.front().what, Contains(words));
+  }
+}
+
+TEST_CASE("one to three wrong readings are named, at the border too, and no good neighbour",
+          "[measure]") {
+  Random random(77);
+  int n_wrong = 0;
+  for (int trial = 0; trial < 24; ++trial) {
+    Geometry truth = tests::random_geometry(random);
+    Campaign c{.name = "paper", .mechanism = paper_mechanism()};
+    const double lead = trial % 3 == 0 ? 0 : 0.003, backlash_mm = trial % 2 == 0 ? 0 : 0.08;
+    Displacements lead_of;
+    for (double& k : lead_of) k = lead * random.normal();
+    c.readings = tests::measure(truth, tests::eighty_points(), random);
+    const Displacements home = inverse(c.mechanism.geometry, c.mechanism.home).l_mm;
+    for (Reading& r : c.readings) {
+      const Displacements way = r.conditions.cmd_mm - r.conditions.from_mm;
+      const Displacements l = r.conditions.cmd_mm +
+                              lead_of.cwiseProduct(r.conditions.cmd_mm - home) -
+                              backlash_mm / 2 * way.cwiseSign();
+      const Eigen::Vector3d more =
+          forward(truth, l).pose.vector() - forward(truth, r.conditions.cmd_mm).pose.vector();
+      r.measured = Pose::from(r.measured->vector() + more);
+    }
+    std::vector<int> wrong;
+    for (int k = 0; k < 1 + trial % 3; ++k) {
+      // of 80 points the last ones are outermost, as are the first: eighty_points walks outside in
+      const std::size_t border = random.below(2) == 0 ? random.below(8) : 72 + random.below(8);
+      const std::size_t at = random.below(3) == 0 ? random.below(80) : border;
+      Reading& r = c.readings[at];
+      if (std::ranges::find(wrong, r.seq) != wrong.end()) continue;
+      const double turn_rad = random.uniform(0, 2 * kPi), off_mm = trial % 4 == 0 ? 30 : 4;
+      r.measured->x_mm += off_mm * std::cos(turn_rad);
+      r.measured->y_mm += off_mm * std::sin(turn_rad);
+      wrong.push_back(r.seq);
+    }
+    std::vector<int> named;
+    for (const Suspicion& s : bad_readings(c)) named.push_back(s.seqs.front());
+    std::ranges::sort(wrong);
+    std::ranges::sort(named);
+    CAPTURE(trial);
+    CHECK(named == wrong);
+    n_wrong += static_cast<int>(wrong.size());
+  }
+  CHECK(n_wrong > 40);
 }
 
 TEST_CASE("a tracker's own frame is registered, and nothing else is", "[measure]") {
