@@ -101,8 +101,8 @@ std::vector<Kind> kinds() {
     for (const bool turns : {true, false}) {
       char text[64];
       std::snprintf(text, sizeof text, "foreign stage, %g%s", size, turns ? ", turning" : "");
-      all.push_back(
-          {.name = text, .foreign = ForeignDesign{.size = size, .turns = turns, .yaws = turns}});
+      all.push_back({text, {}, {}});
+      all.back().foreign = ForeignDesign{.size = size, .turns = turns, .yaws = turns};
     }
   }
   all.push_back({"outliers", {.outliers = 4}, {}});
