@@ -146,6 +146,12 @@ Json test_json(const StructureTest& test) {
           {"findings", structure_json(test.findings)}};
 }
 
+Json base_json(const BaseDistance& base) {
+  Json json = {{"tolerances", base.tolerances}, {"directions", base.directions}, {"p", base.p}};
+  if (base.implausible()) json["implausible"] = in_words(base);
+  return json;
+}
+
 Json gap_json(const std::vector<GapStep>& gap) {
   Json all = Json::array();
   for (const GapStep& g : gap) {
@@ -242,6 +248,7 @@ Json diagnosis_json(const Diagnosis& d, const Campaign& campaign) {
   if (d.after.tests > 0) json["after"] = test_json(d.after);
   if (!d.tried.empty()) json["tried"] = effects_json(d.tried);
   json["structure"] = structure_json(d.structure);
+  json["base_distance"] = base_json(d.base);
   json["gap"] = gap_json(d.gap);
   json["next_points"] = next_json(d.next);
   json["next_state"] = state_json(d.next.state);

@@ -53,6 +53,11 @@ std::string names_of(const Json& effects) {
 /// The headline follows from the verdict; what was named only fills it in.
 std::string verdict_text(const Json& d) {
   const std::string verdict = d["verdict"], named = names_of(d["effects"]);
+  if (d.contains("base_distance") && d["base_distance"].contains("implausible")) {
+    return "if this is a 3-PRR, it is not the one that is stated: " +
+           d["base_distance"]["implausible"].get<std::string>() +
+           "; nothing is named with confidence, and nothing added to the model";
+  }
   if (verdict == "nothing_missing") {
     return "nothing is missing that these readings could show (see 'design': what they could not)";
   }

@@ -10,6 +10,7 @@
 #include "core/diagnose/audit.hpp"
 #include "core/diagnose/next_points.hpp"
 #include "core/diagnose/noise.hpp"
+#include "core/diagnose/plausible.hpp"
 #include "core/diagnose/structure.hpp"
 #include "core/diagnose/ties.hpp"
 #include "core/measure/noise.hpp"
@@ -126,7 +127,8 @@ struct Diagnosis {
   std::vector<GapStep> gap;
   NextPoints next;
   std::vector<PredictedRow> predictions;
-  GeometryFit fit;                 // of the last model of the chain
+  GeometryFit fit;    // of the last model of the chain
+  BaseDistance base;  // of the geometry, fitted with whatever effects explain the readings best
   std::vector<std::string> notes;  // what could not be tested, what was assumed
 };
 

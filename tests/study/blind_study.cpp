@@ -10,11 +10,13 @@
 #include <cstdio>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "core/diagnose/diagnose.hpp"
 #include "core/statistics/random.hpp"
 #include "tests/study/campaigns.hpp"
+#include "tests/study/foreign.hpp"
 #include "tests/study/judge.hpp"
 
 using namespace trammel;
@@ -28,6 +30,7 @@ struct Kind {
   std::vector<std::string> hidden;
   double rho = 0;
   bool mixed = false;  // design, effects and size are drawn for every campaign
+  std::optional<ForeignDesign> foreign = {};
 };
 
 std::vector<Kind> clean_kinds() {
@@ -94,6 +97,14 @@ std::vector<Kind> kinds() {
   }
   all.push_back(hidden_kind({"lead_scale"}, 300));
   all.push_back(hidden_kind({"backlash", "lead_scale"}, 300));
+  for (const double size : {1e-4, 5e-4, 2e-3, 5e-3}) {
+    for (const bool turns : {true, false}) {
+      char text[64];
+      std::snprintf(text, sizeof text, "foreign stage, %g%s", size, turns ? ", turning" : "");
+      all.push_back({text, {}, {}});
+      all.back().foreign = ForeignDesign{.size = size, .turns = turns, .yaws = turns};
+    }
+  }
   all.push_back({"outliers", {.outliers = 4}, {}});
   all.push_back({"mixed", {}, {}, 0, true});
   return all;
@@ -152,6 +163,7 @@ std::string in_words(const Kind& k) {
 }
 
 HiddenCase make(const Kind& kind, std::uint64_t seed) {
+  if (kind.foreign) return make_foreign(*kind.foreign, seed);
   std::vector<const Family*> hidden;
   for (const auto& name : kind.hidden) hidden.push_back(&family(name));
   return make_case(kind.design, hidden, kind.rho, seed);
@@ -203,6 +215,8 @@ int main(int argc, char** argv) {
     if (!asked(kind)) continue;
     Tally tally;
     std::map<std::string, int> said;
+    int alarms = 0;  // of the base
+    double furthest = 0;
     std::mutex mutex;
     std::atomic<int> next{first};
     const auto work = [&] {
@@ -215,6 +229,8 @@ int main(int argc, char** argv) {
         const Diagnosis d = diagnose(c.campaign, options);
         const Judgement judged = judge(c, d);
         const std::lock_guard lock(mutex);
+        alarms += d.base.implausible();
+        furthest = std::max(furthest, d.base.tolerances);
         tally.add(judged);
         ++said[(judged.right() ? "  " : "! ") + in_words(c, d, judged) +
                (kind.mixed ? " (campaign " + std::to_string(i) + ": " + in_words(drawn) + ")"
@@ -226,6 +242,7 @@ int main(int argc, char** argv) {
     work();
     for (auto& t : pool) t.join();
     print_row(kind.name, tally);
+    std::printf("      base implausible in %d, at most %.1f tolerances off\n", alarms, furthest);
     if (kind.name.starts_with("clean")) clean.add(tally);
     all.add(tally);
     if (verbose) {

@@ -91,6 +91,18 @@ TEST_CASE("what is outside the catalogue stays without a name", "[diagnose]") {
   }
 }
 
+TEST_CASE("effects that make unseen readings worse are never named", "[diagnose]") {
+  HiddenCase c = hide({"backlash"}, 28, 3);
+  for (Reading& r : c.campaign.readings) {
+    if (r.set != ReadingSet::validate) continue;
+    r.conditions.from_mm = 2 * r.conditions.cmd_mm - r.conditions.from_mm;  // from the other side
+  }
+  const Diagnosis d = diagnose(c.campaign);
+  CHECK(d.verdict == Verdict::unexplained);
+  CHECK(d.effects.empty());
+  CHECK(d.structure.front().where == "unseen readings");
+}
+
 TEST_CASE("an unexplained gap says where it lives", "[diagnose]") {
   const HiddenCase shift = hide({"setup_shift"}, 28, 13);
   const Diagnosis d = diagnose(shift.campaign);
