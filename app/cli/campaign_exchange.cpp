@@ -1,11 +1,14 @@
 #include "app/cli/campaign_exchange.hpp"
 
 #include <fmt/format.h>
+
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/campaign_check.hpp"
 #include "app/cli/campaign_points.hpp"
 #include "app/cli/points_import.hpp"
+#include "app/cli/positions_import.hpp"
 #include "app/files/stored_campaign.hpp"
 #include "app/files/tracker_clock.hpp"
 #include "app/job/screening.hpp"
@@ -18,13 +21,41 @@ namespace trammel::cli {
 
 namespace {
 
-/// A folder of campaign/2 or /1, or a tracker's points with their layout.
-void require_one_source(const CampaignImportOptions& o) {
-  const bool points = !o.points.empty();
-  if (points != o.folder.empty()) {
+/// What is said of a table of positions does nothing for any other source.
+void require_used(const CampaignImportOptions& o) {
+  const PositionsGiven& p = o.positions;
+  const bool grid = !o.grid.empty(), axis = !o.axis.empty(), either = grid || axis;
+  struct Use {
+    const char* option;
+    bool given, used;
+    const char* with;
+  };
+  const std::array<Use, 7> uses = {
+      {{"--unit", !p.unit.empty(), either, "--grid or --axis"},
+       {"--only", !p.only.empty(), axis, "--axis"},
+       {"--runs", !p.runs.empty(), axis, "--axis"},
+       {"--in-order", p.in_order, grid, "--grid"},
+       {"--fit-every", p.fit_every != 1, either, "--grid or --axis"},
+       {"--sigma-xy", p.sigma_xy_mm.has_value(), either, "--grid or --axis"},
+       {"--sigma-phi", p.sigma_phi_deg.has_value(), grid && p.sigma_xy_mm,
+        "--grid and --sigma-xy"}}};
+  for (const Use& use : uses) {
+    if (!use.given || use.used) continue;
     throw UsageError(
-        {.what = points ? "a folder and --points: which of them?" : "nothing to import",
-         .expected = "FOLDER, or --points FILE --layout FILE"});
+        {.what = std::string("this option goes with ") + use.with, .where = {.field = use.option}});
+  }
+}
+
+/// A folder of campaign/2 or /1, a tracker's points with their layout, or a table of positions.
+void require_one_source(const CampaignImportOptions& o) {
+  const bool points = !o.points.empty(), positions = !o.grid.empty() || !o.axis.empty();
+  const int sources = (o.folder.empty() ? 0 : 1) + (points ? 1 : 0) + (o.grid.empty() ? 0 : 1) +
+                      (o.axis.empty() ? 0 : 1);
+  if (sources != 1) {
+    throw UsageError(
+        {.what = sources > 1 ? "several things to import: which of them?" : "nothing to import",
+         .expected = "FOLDER, --points FILE --layout FILE, --grid FILE or "
+                     "--axis FILE"});
   }
   if (points && o.layout.empty()) {
     throw UsageError({.what = "nothing says what the points mean",
@@ -35,9 +66,11 @@ void require_one_source(const CampaignImportOptions& o) {
                                       {"--mechanism", o.mechanism},
                                       {"--plan", o.plan},
                                       {"--date", o.date}}) {
-    if (points || value.empty()) continue;
+    const bool of_positions = positions && value == o.mechanism;
+    if (points || of_positions || value.empty()) continue;
     throw UsageError({.what = "this option goes with --points", .where = {.field = option}});
   }
+  require_used(o);
 }
 
 }  // namespace
@@ -96,6 +129,7 @@ std::string Admitted::text() const {
 ExitCode run_campaign_import(const CampaignImportOptions& options, Context& context) {
   require_one_source(options);
   if (!options.points.empty()) return import_points(options, context);
+  if (!options.grid.empty() || !options.axis.empty()) return import_positions(options, context);
   CampaignFile file = read_campaign(options.folder);
   if (!options.name.empty()) file.campaign.name = options.name;
   const Admitted admitted = admitted_at_door(file.campaign, options);
@@ -137,16 +171,44 @@ void setup_campaign_exchange(Command app, Context& context) {
   Command campaigns = noun(app, "campaign", "Campaigns: list, show, check, points, import, export");
   auto in = std::make_shared<CampaignImportOptions>();
   Command import = campaigns.command(
-      "import", "Store a campaign/2 (or /1) of another tool, or a tracker's file of points");
+      "import", "Store a campaign/2 (or /1) of another tool, a tracker's points, an error map");
   import.option("FOLDER", in->folder, "Folder with campaign.json, or that file");
   import.option("--points", in->points, "Instead: a tracker's file of points").type("FILE");
   import.option("--layout", in->layout, "points: what its rows mean (layout/1)").type("FILE");
-  import.option("--mechanism", in->mechanism, "points: mechanism file (as the layout says)")
+  import
+      .option("--mechanism", in->mechanism,
+              "points: mechanism file (as the layout says); grid, axis: machine file (assumed)")
       .type("FILE");
   import.option("--plan", in->plan, "points: plan that was measured (as the layout says)")
       .type("PLAN");
   import.option("--date", in->date, "points: how dates are written (as the layout says)")
       .one_of(date_order_names());
+  import
+      .option("--grid", in->grid,
+              "Instead: commanded and measured positions of an XY stage (table, Aerotech)")
+      .type("FILE");
+  import
+      .option("--axis", in->axis,
+              "Instead: runs of one axis: target, run, direction, position (table, Renishaw RTL)")
+      .type("FILE");
+  import.option("--unit", in->positions.unit, "grid, axis: of lengths whose column names none")
+      .one_of({"mm", "um", "m", "in"});
+  import.option("--only", in->positions.only, "axis: of several in one table, this one")
+      .type("AXIS");
+  import
+      .option("--runs", in->positions.runs,
+              "axis, RTL: one-way, or both-ways where every second run came back")
+      .one_of({"one-way", "both-ways"});
+  import.flag("--in-order", in->positions.in_order,
+              "grid: rows stand as they were measured, each move from the row before");
+  import
+      .option("--fit-every", in->positions.fit_every,
+              "grid, axis: fit every Nth line of targets, validate on the others")
+      .range(1, 1000)
+      .shown_default();
+  import.option("--sigma-xy", in->positions.sigma_xy_mm,
+                "grid, axis: one sigma of a measured position, mm (from repeats)");
+  import.option("--sigma-phi", in->positions.sigma_phi_deg, "grid: of a measured angle, deg");
   import.option("--name", in->name, "Name it is stored under (default: as the file says)")
       .type("NAME");
   import

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,14 @@
 
 namespace trammel::cli {
 
+/// How a table of positions is to be read, beside what it says itself.
+struct PositionsGiven {
+  std::string unit, only, runs;
+  bool in_order = false;
+  int fit_every = 1;
+  std::optional<double> sigma_xy_mm, sigma_phi_deg;
+};
+
 struct CampaignImportOptions {
   std::string folder;
   std::string name;  // empty: as the file says
@@ -18,6 +27,8 @@ struct CampaignImportOptions {
   std::string layout;
   std::string mechanism, plan;  // empty: as the layout says
   std::string date;
+  std::string grid, axis;  // a table of positions instead
+  PositionsGiven positions;
   std::string frame;  // "fit": register the readings' frame on the targets
 };
 struct CampaignExportOptions {
@@ -26,7 +37,8 @@ struct CampaignExportOptions {
   bool dry_run = false;
 };
 
-/// `campaign import` and `campaign export`: the format campaign/2; import also takes points.
+/// `campaign import` and `campaign export`: the format campaign/2; import also takes points, and
+/// tables of positions.
 void setup_campaign_exchange(Command app, Context& context);
 
 /// A campaign that the screen let in.

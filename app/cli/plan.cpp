@@ -18,7 +18,7 @@
 #include "app/files/fields.hpp"
 #include "app/files/files.hpp"
 #include "app/files/json_file.hpp"
-#include "app/files/mechanism_json.hpp"
+#include "app/files/machine_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/plan_json.hpp"
 #include "app/job/next_points_plan.hpp"
@@ -80,14 +80,14 @@ struct FileOptions {
   bool dry_run = false;
 };
 
-Mechanism mechanism_of(const std::string& file) {
-  return file.empty() ? paper_mechanism() : read_mechanism_file(file);
+Machine machine_at(const std::string& file) {
+  return file.empty() ? machine_of(paper_mechanism()) : read_machine_file(file);
 }
 
 /// Where points may lie, and of which machine they are to be safe.
 struct Bounds {
-  std::vector<Place> hull;             // none: anywhere
-  std::optional<Mechanism> mechanism;  // none: not asked
+  std::vector<Place> hull;         // none: anywhere
+  std::optional<Machine> machine;  // none: not asked
 
   [[nodiscard]] bool hold(const Pose& pose) const {
     return hull.empty() || inside(hull, {pose.x_mm, pose.y_mm});
@@ -106,7 +106,7 @@ Bounds bounds_of(const CreateOptions& o, const Context& context) {
       if (r.measured) places.push_back({r.target.x_mm, r.target.y_mm});
     }
     bounds.hull = convex_hull(places);
-    bounds.mechanism = mechanism_of(campaign.machine);
+    bounds.machine = campaign.machine;
   }
   if (!o.within.empty()) {
     if (!(o.within[0] < o.within[1])) {
@@ -117,7 +117,7 @@ Bounds bounds_of(const CreateOptions& o, const Context& context) {
     }
     bounds.hull = square_hull(o.within[0], o.within[1]);
   }
-  if (!o.mechanism.empty()) bounds.mechanism = read_mechanism_file(o.mechanism);
+  if (!o.mechanism.empty()) bounds.machine = read_machine_file(o.mechanism);
   return bounds;
 }
 
@@ -156,7 +156,7 @@ ReadingSet set_of(const CreateOptions& o) {
 OptimalPlan optimal_for(const CreateOptions& o, const Bounds& bounds) {
   const std::map<std::string, Criterion> kCriteria = {
       {"D", Criterion::D}, {"A", Criterion::A}, {"E", Criterion::E}};
-  return optimal_plan(bounds.mechanism.value_or(paper_mechanism()),
+  return optimal_plan(bounds.machine ? mechanism_of(*bounds.machine) : paper_mechanism(),
                       {.name = o.name.empty() ? o.grid : o.name,
                        .points = o.points.value_or(kOptimalPoints),
                        .criterion = kCriteria.at(o.criterion),
@@ -188,15 +188,32 @@ Plan suggested_points(const CreateOptions& o, const Context& context) {
 /// asked for it is safe.
 bool admitted(const Pose& pose, const PlanRequest& request, const Bounds& bounds) {
   if (!bounds.hold(pose)) return false;
-  if (!bounds.mechanism) return true;
+  if (!bounds.machine) return true;
   for (const double turn_rad : request.orientations_rad) {
     for (const Approach& approach : request.approaches) {
       const Pose turned{pose.x_mm, pose.y_mm, pose.phi_rad + turn_rad};
       const Plan one{"", request.approach_mm, {{.seq = 1, .target = turned, .approach = approach}}};
-      if (!check(one, *bounds.mechanism).empty()) return false;
+      if (!check(one, *bounds.machine).empty()) return false;
     }
   }
   return true;
+}
+
+/// What a machine does not move stands at home: of a lattice an axis visits the one line through
+/// it, and no direction is asked of a drive that it has not.
+void keep_on_machine(PlanRequest& request, const Machine& machine) {
+  const int n = machine.kind->n_chains;
+  const Eigen::Vector3d home = machine.home.vector();
+  for (TargetGroup& group : request.groups) {
+    std::erase_if(group.poses, [&](const Pose& pose) {
+      return n < 2 && std::abs(pose.y_mm - home[1]) > kStandstillMm;
+    });
+    for (Pose& pose : group.poses) {
+      Eigen::Vector3d X = pose.vector();
+      for (int c = n; c < 3; ++c) X[c] = home[c];
+      pose = Pose::from(X);
+    }
+  }
 }
 
 void leave_out(PlanRequest& request, const Bounds& bounds, const Context& context) {
@@ -209,7 +226,7 @@ void leave_out(PlanRequest& request, const Bounds& bounds, const Context& contex
   std::erase_if(request.groups, [](const TargetGroup& group) { return group.poses.empty(); });
   if (n_out == 0) return;
   const char* why =
-      bounds.mechanism ? "outside the bounds, or not safe on the machine" : "outside the bounds";
+      bounds.machine ? "outside the bounds, or not safe on the machine" : "outside the bounds";
   if (n_out == n_all) {
     throw InputError({.what = fmt::format("all {} points of the grid are {}", n_all, why),
                       .hint = "wider --within, or another grid"});
@@ -222,7 +239,7 @@ Plan plan_for(const CreateOptions& o, const Bounds& bounds, const Context& conte
   if (o.grid == "optimal") return optimal_for(o, bounds).plan;
   const std::string name = o.name.empty() ? o.grid : o.name;
   if (o.grid == "rail") {
-    return rail_plan(bounds.mechanism.value_or(paper_mechanism()),
+    return rail_plan(bounds.machine.value_or(machine_of(paper_mechanism())),
                      {name, o.travel_mm, o.targets, o.runs, o.approach_mm});
   }
   PlanRequest request{.name = name, .groups = groups_of(o, bounds)};
@@ -237,6 +254,7 @@ Plan plan_for(const CreateOptions& o, const Bounds& bounds, const Context& conte
   request.seed = static_cast<std::uint64_t>(o.seed);
   request.approach_mm = o.approach_mm;
   request.references = o.references;
+  if (bounds.machine) keep_on_machine(request, *bounds.machine);
   leave_out(request, bounds, context);
   return build_plan(request);
 }
@@ -308,8 +326,8 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
   const Plan plan = plan_for(options, bounds, context);
   const std::string text = plan_json(plan).dump(1) + "\n";
   if (options.grid == "optimal") {
-    context.say(
-        beside_paper_80(plan, bounds.mechanism.value_or(paper_mechanism()), options.design));
+    context.say(beside_paper_80(
+        plan, bounds.machine ? mechanism_of(*bounds.machine) : paper_mechanism(), options.design));
   }
   if (options.out.empty()) {
     context.print_as_is(text);
@@ -368,18 +386,18 @@ std::optional<double> watch_of(const std::string& file) {
 ExitCode run_check(const FileOptions& options, Context& context) {
   const Plan plan = plan_of(options.file);
   const std::optional<double> watch_s = watch_of(options.mechanism);
-  const Mechanism mechanism = mechanism_of(options.mechanism);
-  const auto violations = check(plan, mechanism, options.check);
+  const Machine machine = machine_at(options.mechanism);
+  const auto violations = check(plan, machine, options.check);
   std::optional<PlanDesign> design;
-  if (options.identifiability) design = design_of(plan, mechanism, options.design);
+  if (options.identifiability) design = design_of(plan, mechanism_of(machine), options.design);
   const bool records = !options.record.empty() && violations.empty() && !options.dry_run;
   if (records) {
-    session::write_plan_record(options.record, plan, mechanism, options.check, context.existing());
+    session::write_plan_record(options.record, plan, machine, options.check, context.existing());
   }
   if (context.json) {
     Json fields = {{"plan", plan.name},
                    {"n_points", plan.points.size()},
-                   {"plan_sha256", session::plan_sha256(plan, mechanism)},
+                   {"plan_sha256", session::plan_sha256(plan, machine)},
                    {"recorded", records},
                    {"safe", violations.empty()},
                    {"mechanism", options.mechanism.empty() ? Json() : Json(options.mechanism)},

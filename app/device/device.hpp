@@ -10,6 +10,7 @@
 
 #include "core/measure/base_frame.hpp"
 #include "core/measure/reading.hpp"
+#include "core/mechanism/machine.hpp"
 #include "core/plan/plan.hpp"
 
 namespace trammel::device {
@@ -138,7 +139,7 @@ struct Devices {
   std::string identity = {};    // changes when the devices are not those a session began with
   std::string controller = {};  // "host:port" of what moves a real stage: one runner at a time
   std::optional<double> watch_host_s = {};  // as watch_text says; nothing: no controller
-  Mechanism mechanism = {};                 // what the controller believes
+  Machine machine = {};                     // what the controller believes
   Motion motion = {};
   std::optional<TrackerSigma> sigma = {};
   std::unique_ptr<Stage> stage;

@@ -70,7 +70,7 @@ Devices open_galil(const std::string& file, const std::string& tracker_option) {
   Devices devices;
   devices.simulated = stage.emulated;
   devices.identity = "stage/1 " + hashed(text) + ", tracker/1 " + hashed(tracker_text);
-  devices.mechanism = stage.galil.mechanism;
+  devices.machine = machine_of(stage.galil.mechanism);
   devices.motion.speed_mm_s = stage.galil.speed_mm_s;
   devices.motion.following_mm = stage.galil.following_mm;
   devices.controller = stage.galil.controller.text();

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/statistics/random.hpp"
 
 namespace trammel::device {
@@ -23,13 +23,6 @@ struct World {
   Displacements from_mm = Displacements::Zero();  // where each rail's last move began
 };
 
-Displacements home_mm(const simulate::VirtualRobot& robot) {
-  const Mechanism& nominal = robot.truth().nominal;
-  const InverseResult home = inverse(nominal.geometry, nominal.home);
-  TRAMMEL_ASSERT(home.ok());  // the robot has checked it
-  return home.l_mm;
-}
-
 constexpr int kSamples = 4;  // polls on the way of a move
 
 class SimulatedStage : public Stage {
@@ -41,15 +34,16 @@ class SimulatedStage : public Stage {
 
   StageReport home() override {
     const std::scoped_lock lock(busy_);
-    world_->l_mm = world_->from_mm = home_mm(world_->robot);
+    world_->l_mm = world_->from_mm = world_->robot.home_mm();
     world_->homed = true;
     return standing();
   }
 
   StageReport move(const Displacements& to_mm, const Watch& watch) override {
     if (!world_->homed) return {Status::fault, "the stage is not homed", {}};
-    const Limits& limits = world_->robot.truth().nominal.limits;
-    for (int i = 0; i < kChains; ++i) {
+    const Machine& nominal = world_->robot.truth().nominal;
+    for (int i = 0; i < nominal.kind->n_chains; ++i) {
+      const Limits& limits = nominal.drives[static_cast<std::size_t>(i)].limits;
       if (!(to_mm[i] >= limits.l_min_mm && to_mm[i] <= limits.l_max_mm)) {
         return {Status::limit, "rail " + std::to_string(i + 1) + " would leave its stroke", {}};
       }
@@ -101,7 +95,7 @@ class SimulatedTracker : public Tracker {
 
   PoseReport measure(const Occasion& occasion) override {
     static_cast<void>(registered(occasion));
-    const ForwardResult seen = world_->robot.read(conditions(occasion), occasion.reading);
+    const MachinePose seen = world_->robot.read(conditions(occasion), occasion.reading);
     if (!seen.ok()) return {Status::fault, "the virtual robot cannot stand there", {}, ""};
     return {Status::ok, "", seen.pose, ""};
   }
@@ -182,13 +176,13 @@ class SimulatedClock : public Clock {
 
 std::vector<double> schedule_s(const simulate::VirtualRobot& robot, const Plan& plan,
                                double start_s) {
-  const Mechanism& nominal = robot.truth().nominal;
+  const MachineSolver nominal(robot.truth().nominal);
   const double stop_s = robot.truth().motion.settle_s;
   std::vector<double> times_s;
-  Displacements at = home_mm(robot), from = at;
+  Displacements at = robot.home_mm(), from = at;
   double now_s = start_s;
   for (const PlannedPoint& point : plan.points) {
-    const InverseResult target = inverse(nominal.geometry, point.target);
+    const InverseResult target = nominal.drives(point.target);
     if (!target.ok()) {
       throw InputError(
           {.what = "a target is out of reach of chain " + std::to_string(target.chain + 1),
@@ -206,12 +200,12 @@ std::vector<double> schedule_s(const simulate::VirtualRobot& robot, const Plan& 
 
 Devices simulated(const simulate::VirtualRobot& robot, std::string identity) {
   const auto world = std::make_shared<World>(World{robot, false, {}, {}});
-  world->l_mm = world->from_mm = home_mm(robot);
+  world->l_mm = world->from_mm = robot.home_mm();
   Devices devices;
   devices.simulated = true;
   devices.virtual_time = true;
   devices.identity = std::move(identity);
-  devices.mechanism = robot.truth().nominal;
+  devices.machine = robot.truth().nominal;
   devices.motion.speed_mm_s = robot.truth().motion.speed_mm_s;
   const simulate::TrackerTruth& t = robot.truth().tracker;
   if (t.sigma_xy_mm > 0) devices.sigma = TrackerSigma{t.sigma_xy_mm, t.sigma_phi_rad};

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
 #include "core/plan/plan.hpp"
 
 namespace trammel::emulate {
@@ -43,15 +42,12 @@ NowS wall_clock(double speedup) {
 
 EmulatedRobot::EmulatedRobot(simulate::VirtualRobot robot, const Rails& rails, NowS now)
     : robot_(std::move(robot)), now_(std::move(now)) {
-  const Mechanism& nominal = robot_.truth().nominal;
-  const InverseResult home = inverse(nominal.geometry, nominal.home);
-  TRAMMEL_ASSERT(home.ok());  // the virtual robot has checked it
   for (int i = 0; i < kChains; ++i) {
     const RailSetup& setup = rails[static_cast<std::size_t>(i)];
     check_rail(setup, i);
     Rail& rail = rails_[static_cast<std::size_t>(i)];
     rail.setup = setup;
-    rail.home_mm = setup.home_mm.value_or(home.l_mm[i]);
+    rail.home_mm = setup.home_mm.value_or(robot_.home_mm()[i]);
     rail.mm_per_count =
         setup.sign * setup.lead_mm * (1 + setup.lead_error) / (setup.counts_per_rev * setup.gear);
     const double start = std::nearbyint(setup.start_mm / rail.mm_per_count);
@@ -84,7 +80,7 @@ double EmulatedRobot::came_from_mm(const Rail& rail, double now_s) {
 
 EmulatedRobot::Switches EmulatedRobot::switches(int rail) const {
   const Rail& r = rails_[static_cast<std::size_t>(rail)];
-  const Limits& limits = robot_.truth().nominal.limits;
+  const Limits& limits = robot_.truth().nominal.drives[static_cast<std::size_t>(rail)].limits;
   const double margin = r.setup.switch_margin_mm;
   const double a = (limits.l_min_mm - margin - r.home_mm) / r.mm_per_count;
   const double b = (limits.l_max_mm + margin - r.home_mm) / r.mm_per_count;

@@ -175,7 +175,7 @@ std::string EmulatedTracker::date(const Measurement& taken) const {
 }
 
 Pose EmulatedTracker::seen_platform(const Measurement& taken) const {
-  const ForwardResult seen = robot_.seen_pose(conditions(taken));
+  const MachinePose seen = robot_.seen_pose(conditions(taken));
   if (!seen.ok()) throw Failed{"ERR-305 Measurement failed: the robot cannot stand there"};
   return seen.pose;
 }

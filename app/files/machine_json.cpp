@@ -251,15 +251,20 @@ void write_campaign_machine(const Machine& machine, nlohmann::ordered_json& camp
   campaign["measured"] = json["measured"];
 }
 
+Machine read_any_machine(Fields fields) {
+  if (fields.has("format") || fields.has("kind")) return read_machine(fields);
+  const Machine machine = machine_of(read_mechanism(fields));
+  validate_in(machine, fields);
+  return machine;
+}
+
 Machine read_machine_file(const std::filesystem::path& path) {
   const JsonFile file = read_json(path);
   Fields top(file);
-  const bool holds_one = top.has("mechanism");
-  if (!holds_one && (top.has("format") || top.has("kind"))) return read_machine(top);
-  const Fields mechanism = holds_one ? top.object("mechanism") : top;
-  const Machine machine = machine_of(read_mechanism(mechanism));
-  validate_in(machine, mechanism);
-  return machine;
+  if (!top.has("mechanism")) return read_any_machine(top);
+  Fields mechanism = top.object("mechanism");
+  if (mechanism.has("type") && mechanism.has("drives")) return read_campaign_machine(top);
+  return read_any_machine(mechanism);
 }
 
 }  // namespace trammel

@@ -27,7 +27,10 @@ void write_campaign_machine(const Machine& machine, nlohmann::ordered_json& camp
 /// {x_mm, y_mm, phi_deg}, those that the machine has.
 nlohmann::ordered_json pose_json(const Machine& machine, const Pose& pose);
 
-/// A machine/1 file, or one that holds a 3-PRR as read_mechanism_file() reads it.
+/// A machine/1, or a 3-PRR as campaign/1 states it.
+Machine read_any_machine(Fields fields);
+
+/// The same as a file, or as the "mechanism" of one.
 Machine read_machine_file(const std::filesystem::path& path);
 
 }  // namespace trammel

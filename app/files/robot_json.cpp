@@ -1,9 +1,11 @@
 #include "app/files/robot_json.hpp"
 
+#include <array>
 #include <string>
 
 #include "app/files/fields.hpp"
 #include "app/files/format.hpp"
+#include "app/files/machine_json.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "core/error.hpp"
 #include "core/simulate/truth_check.hpp"
@@ -15,67 +17,93 @@ namespace {
 
 using namespace simulate;
 
-void read_rails(Fields& fields, const char* name, Eigen::Vector3d& into) {
-  if (!fields.has(name)) return;
-  const std::vector<double> values = fields.numbers(name);
-  if (values.size() != kChains) fields.refuse(name, "wrong number of rails", "three numbers");
-  into = Eigen::Vector3d(values[0], values[1], values[2]);
+std::string how_many(int n) {
+  constexpr std::array<const char*, 4> kWords = {"no", "one", "two", "three"};
+  return kWords[static_cast<std::size_t>(n)];
 }
 
-int read_rail(Fields& fields) {
-  const int rail = fields.integer("rail");
-  if (rail < 1 || rail > kChains) fields.refuse("rail", "no such rail", "1, 2 or 3");
-  return rail - 1;
-}
+/// Reads what is stated by rail, for a machine of so many.
+struct Rails {
+  int n = kChains;
+
+  void read(Fields& fields, const char* name, Eigen::Vector3d& into) const {
+    if (!fields.has(name)) return;
+    const std::vector<double> values = fields.numbers(name);
+    if (static_cast<int>(values.size()) != n) {
+      fields.refuse(name, "wrong number of rails", how_many(n) + (n == 1 ? " number" : " numbers"));
+    }
+    into.setZero();
+    for (int i = 0; i < n; ++i) into[i] = values[static_cast<std::size_t>(i)];
+  }
+  [[nodiscard]] int number(Fields& fields) const {
+    const int rail = fields.integer("rail");
+    if (rail < 1 || rail > n) {
+      fields.refuse("rail", "no such rail", n == 3 ? "1, 2 or 3" : n == 2 ? "1 or 2" : "1");
+    }
+    return rail - 1;
+  }
+};
 
 std::vector<Fields> list(Fields& fields, const char* name) {
   return fields.has(name) ? fields.objects(name) : std::vector<Fields>{};
 }
 
-Geometry read_errors(Fields fields, Geometry geometry) {
+std::array<ChainValues, kChains> read_errors(Fields fields, const Machine& nominal) {
+  std::array<ChainValues, kChains> actual = nominal.chains;
+  const int n = nominal.kind->n_chains;
   std::vector<Fields> chains = fields.objects("chains");
-  if (chains.size() != kChains) fields.refuse("chains", "wrong number of chains", "three chains");
-  for (std::size_t i = 0; i < kChains; ++i) {
-    Chain& chain = geometry.chains[i];
-    chain.alpha_rad += rad_from_deg(chains[i].number("alpha_deg", 0));
-    chain.beta_rad += rad_from_deg(chains[i].number("beta_deg", 0));
-    chain.r_mm += chains[i].number("r_mm", 0);
-    chain.S_mm += chains[i].number("S_mm", 0);
-    chain.R_mm += chains[i].number("R_mm", 0);
-    chain.h_mm += chains[i].number("h_mm", 0);
-    chain.l_zero_mm += chains[i].number("l_zero_mm", 0);
+  if (static_cast<int>(chains.size()) != n) {
+    fields.refuse("chains", "wrong number of chains",
+                  how_many(n) + (n == 1 ? " chain" : " chains"));
+  }
+  const auto parameters = nominal.kind->chain->parameters;
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (!nominal.kind->has_parameter(parameters[k])) continue;
+      const double error = chains[i].number(parameters[k].field, 0);
+      actual[i][k] += parameters[k].is_angle() ? rad_from_deg(error) : error;
+    }
     chains[i].done();
   }
   fields.done();
-  return geometry;
+  return actual;
 }
 
-void read_crosstalk(Fields& fields, Eigen::Matrix3d& into) {
+void read_crosstalk(Fields& fields, int n, Eigen::Matrix3d& into) {
   if (!fields.has("axis_crosstalk")) return;
   // m_12 m_13 m_21 m_23 m_31 m_32: the diagonal is lead_scale.
   const std::vector<double> m = fields.numbers("axis_crosstalk");
-  if (m.size() != 6) fields.refuse("axis_crosstalk", "wrong number of terms", "six numbers");
-  into << 0, m[0], m[1], m[2], 0, m[3], m[4], m[5], 0;
+  const auto terms = static_cast<std::size_t>(n * (n - 1));
+  if (m.size() != terms) {
+    fields.refuse("axis_crosstalk", "wrong number of terms",
+                  terms == 6 ? "six numbers" : std::to_string(terms) + " numbers");
+  }
+  auto next = m.begin();
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) into(i, j) = i == j ? 0 : *next++;
+  }
 }
 
-DriveTruth read_drive(Fields fields) {
+DriveTruth read_drive_truth(Fields fields, const Rails& rails) {
   DriveTruth d;
-  read_rails(fields, "lead_scale", d.lead_scale);
-  read_rails(fields, "lead_curvature_per_mm", d.lead_curvature_per_mm);
-  read_rails(fields, "screw_sin_mm", d.screw_sin_mm);
-  read_rails(fields, "screw_cos_mm", d.screw_cos_mm);
-  read_rails(fields, "backlash_mm", d.backlash_mm);
-  read_rails(fields, "thermal_growth_per_k", d.thermal_growth_per_k);
-  read_crosstalk(fields, d.axis_crosstalk);
-  read_rails(fields, "guide_bow_per_mm", d.guide_bow_per_mm);
+  rails.read(fields, "lead_scale", d.lead_scale);
+  rails.read(fields, "lead_curvature_per_mm", d.lead_curvature_per_mm);
+  rails.read(fields, "screw_sin_mm", d.screw_sin_mm);
+  rails.read(fields, "screw_cos_mm", d.screw_cos_mm);
+  rails.read(fields, "backlash_mm", d.backlash_mm);
+  rails.read(fields, "thermal_growth_per_k", d.thermal_growth_per_k);
+  read_crosstalk(fields, rails.n, d.axis_crosstalk);
+  rails.read(fields, "guide_bow_per_mm", d.guide_bow_per_mm);
+  rails.read(fields, "guide_yaw_deg_per_mm", d.guide_yaw_rad_per_mm);
+  for (double& k : d.guide_yaw_rad_per_mm) k = rad_from_deg(k);
   if (auto load = fields.optional_object("platform_load")) {
     d.load_mm = {load->number("fx_mm", 0), load->number("fy_mm", 0)};
     d.load_mm2 = load->number("m_mm2", 0);
     load->done();
   }
-  read_rails(fields, "lead_cubic_per_mm2", d.lead_cubic_per_mm2);
-  read_rails(fields, "stick_slip", d.stick_slip);
-  read_rails(fields, "transient_mm", d.transient_mm);
+  rails.read(fields, "lead_cubic_per_mm2", d.lead_cubic_per_mm2);
+  rails.read(fields, "stick_slip", d.stick_slip);
+  rails.read(fields, "transient_mm", d.transient_mm);
   d.transient_tau_s = fields.number("transient_tau_s", d.transient_tau_s);
   d.thermal_lag_s = fields.number("thermal_lag_s", d.thermal_lag_s);
   fields.done();
@@ -103,15 +131,15 @@ TrackerTruth read_tracker(Fields fields) {
   return t;
 }
 
-void read_lists(Fields& top, Truth& truth) {
+void read_lists(Fields& top, const Rails& rails, Truth& truth) {
   for (Fields& bump : list(top, "bumps")) {
-    truth.bumps.push_back({read_rail(bump), bump.number("centre_mm"), bump.number("width_mm"),
+    truth.bumps.push_back({rails.number(bump), bump.number("centre_mm"), bump.number("width_mm"),
                            bump.number("height_mm")});
     bump.done();
   }
   for (Fields& wave : list(top, "harmonics")) {
-    truth.harmonics.push_back({read_rail(wave), wave.number("period_mm"), wave.number("sin_mm", 0),
-                               wave.number("cos_mm", 0)});
+    truth.harmonics.push_back({rails.number(wave), wave.number("period_mm"),
+                               wave.number("sin_mm", 0), wave.number("cos_mm", 0)});
     wave.done();
   }
   for (Fields& shift : list(top, "shifts")) {
@@ -120,7 +148,7 @@ void read_lists(Fields& top, Truth& truth) {
   }
   for (Fields& fields : list(top, "epochs")) {
     EpochTruth epoch;
-    read_rails(fields, "l_zero_mm", epoch.l_zero_mm);
+    rails.read(fields, "l_zero_mm", epoch.l_zero_mm);
     if (auto frame = fields.optional_object("frame")) epoch.frame = read_pose(*frame);
     fields.done();
     truth.epochs.push_back(epoch);
@@ -132,14 +160,15 @@ Truth read_truth(Fields top) {
   static_cast<void>(top.text("name", ""));
   static_cast<void>(top.text("why", ""));
   Truth truth;
-  truth.nominal = read_mechanism(top.object("mechanism"));
-  truth.actual = truth.nominal.geometry;
+  truth.nominal = read_any_machine(top.object("mechanism"));
+  truth.actual = truth.nominal.chains;
+  const Rails rails{truth.nominal.kind->n_chains};
   if (auto errors = top.optional_object("geometry_errors")) {
-    truth.actual = read_errors(*errors, truth.actual);
+    truth.actual = read_errors(*errors, truth.nominal);
   }
   truth.zeroed = top.boolean("zeroed_at_home", false);
   truth.phi_zero_rad = rad_from_deg(top.number("phi_zero_deg", 0));
-  if (auto drive = top.optional_object("drive")) truth.drive = read_drive(*drive);
+  if (auto drive = top.optional_object("drive")) truth.drive = read_drive_truth(*drive, rails);
   if (auto tracker = top.optional_object("tracker")) truth.tracker = read_tracker(*tracker);
   if (auto t = top.optional_object("temperature")) {
     truth.temperature = {t->number("start_degc", truth.temperature.start_degc),
@@ -152,7 +181,7 @@ Truth read_truth(Fields top) {
                     m->number("measure_s", truth.motion.measure_s)};
     m->done();
   }
-  read_lists(top, truth);
+  read_lists(top, rails, truth);
   const int seed = top.integer("seed", 1);
   if (seed < 0) top.refuse("seed", "a negative seed");
   truth.seed = static_cast<std::uint64_t>(seed);

@@ -1,10 +1,12 @@
 #include "app/report/gather.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include "app/files/budget_json.hpp"
 #include "app/files/numbers.hpp"
@@ -21,6 +23,7 @@
 #include "core/judge/range.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/screen.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/plane/circle.hpp"
 #include "core/statistics/limits.hpp"
 #include "core/units.hpp"
@@ -144,12 +147,21 @@ void add_noise(Report& report, const Measured& measured) {
   }
 }
 
-std::string mechanism_line(const Mechanism& mechanism) {
-  const Chain& c = mechanism.geometry.chains[0];
-  return fmt::format(
-      "3-PRR: R {:g}, S {:g}, r {:g} mm, screw lead {:g} mm; zeroed at ({:g}, {:g}) mm, {:g} deg",
-      c.R_mm, c.S_mm, c.r_mm, mechanism.screw_lead_mm, mechanism.home.x_mm, mechanism.home.y_mm,
-      deg_from_rad(mechanism.home.phi_rad));
+std::string machine_line(const Machine& machine) {
+  std::vector<double> leads_mm;
+  for (int i = 0; i < machine.kind->n_chains; ++i) {
+    const double lead_mm = machine.drives[static_cast<std::size_t>(i)].lead_mm;
+    if (leads_mm.empty() || lead_mm != leads_mm.front()) leads_mm.push_back(lead_mm);
+  }
+  std::string text = fmt::format("{}: ", machine.kind->name);
+  if (machine.kind->chain == &kPrrChain) {
+    const Chain c = geometry_of(machine).chains[0];
+    text += fmt::format("R {:g}, S {:g}, r {:g} mm, ", c.R_mm, c.S_mm, c.r_mm);
+  }
+  text += fmt::format("screw lead {:g} mm; zeroed at ({:g}, {:g}) mm", fmt::join(leads_mm, ", "),
+                      machine.home.x_mm, machine.home.y_mm);
+  if (machine.kind->has_point_platform()) return text;
+  return text + fmt::format(", {:g} deg", deg_from_rad(machine.home.phi_rad));
 }
 
 void add_origin(Report& report, store::Connection& connection, store::Id campaign_id,
@@ -255,7 +267,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   Report report{.campaign = campaign.name,
                 .simulated = campaign.simulated,
                 .imported = campaign.imported,
-                .mechanism = mechanism_line(mechanism_of(measured.campaign.machine)),
+                .mechanism = machine_line(measured.campaign.machine),
                 .noise = {},
                 .n_readings = campaign.n_readings - campaign.n_exclusions,
                 .n_excluded = campaign.n_exclusions};

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/mechanism/forward.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 
 namespace trammel::session {
 
@@ -67,12 +66,12 @@ Hands::Hands(std::shared_ptr<Devices> devices, const CheckOptions& check,
       check_(with_slack(check)),
       deadlines_(deadlines),
       meanwhile_(std::move(meanwhile)) {
-  const Mechanism& mechanism = devices_->mechanism;
-  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  const Machine& machine = devices_->machine;
+  const InverseResult home = MachineSolver(machine).drives(machine.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
   home_.l_mm = home_.from_mm = home.l_mm;
   place_ = home_;
-  pose_ = mechanism.home;
+  pose_ = machine.home;
 }
 
 template <class Report>
@@ -104,14 +103,14 @@ Failure Hands::home() {
                                               [](Devices& d) { return d.stage->home(); });
   if (failure.any()) return failure;
   place_ = home_;
-  pose_ = devices_->mechanism.home;
+  pose_ = devices_->machine.home;
   on_course_ = true;
   return {};
 }
 
 Failure Hands::move(const Displacements& to_mm) {
   if (!to_mm.allFinite()) return unsafe("a displacement that is not a number is not sent");
-  const auto violations = check_move(devices_->mechanism, place_.l_mm, pose_, to_mm, check_);
+  const auto violations = check_move(devices_->machine, place_.l_mm, pose_, to_mm, check_);
   if (!violations.empty()) return unsafe("not sent: " + describe(violations.front()));
   const double length_mm = (to_mm - place_.l_mm).cwiseAbs().maxCoeff();
   const double speed_mm_s =
@@ -138,7 +137,7 @@ Failure Hands::move(const Displacements& to_mm) {
 
 void Hands::stand_at(const Displacements& l_mm) {
   place_.l_mm = l_mm;
-  const ForwardResult at = forward(devices_->mechanism.geometry, l_mm, pose_);
+  const MachinePose at = MachineSolver(devices_->machine).pose(l_mm, pose_);
   if (at.ok()) pose_ = at.pose;
 }
 

@@ -38,23 +38,23 @@ constexpr std::array<Strict, 6> kStrict = {{
 
 }  // namespace
 
-std::string plan_sha256(const Plan& plan, const Mechanism& mechanism) {
+std::string plan_sha256(const Plan& plan, const Machine& machine) {
   store::Digest digest;
   digest << "trammel/plan-record/1" << plan.approach_mm << static_cast<int>(plan.points.size());
   for (const PlannedPoint& p : plan.points) {
     digest << p.seq << p.target.x_mm << p.target.y_mm << p.target.phi_rad;
     for (const int direction : p.approach) digest << direction;
   }
-  digest << machine_of(mechanism);
+  digest << machine;
   return store::hex(digest.finish());
 }
 
-void write_plan_record(const std::filesystem::path& file, const Plan& plan,
-                       const Mechanism& mechanism, const CheckOptions& check, Existing existing) {
+void write_plan_record(const std::filesystem::path& file, const Plan& plan, const Machine& machine,
+                       const CheckOptions& check, Existing existing) {
   const nlohmann::ordered_json json = {{"schema", "trammel/plan-record/1"},
                                        {"plan", plan.name},
                                        {"n_points", plan.points.size()},
-                                       {"plan_sha256", plan_sha256(plan, mechanism)},
+                                       {"plan_sha256", plan_sha256(plan, machine)},
                                        {"check", check_json(check)},
                                        {"checked_utc", store::utc_now()},
                                        {"tool_version", store::this_program().tool_version}};
@@ -80,8 +80,8 @@ PlanRecord read_plan_record(const std::filesystem::path& file) {
 }
 
 std::vector<std::string> missing_record(const std::string& file, const Plan& plan,
-                                        const Mechanism& mechanism, const CheckOptions& check) {
-  const std::string sha256 = plan_sha256(plan, mechanism);
+                                        const Machine& machine, const CheckOptions& check) {
+  const std::string sha256 = plan_sha256(plan, machine);
   if (file.empty()) {
     return {fmt::format("a real stage needs a check of this plan ({}): {}", sha256.substr(0, 12),
                         kHint)};

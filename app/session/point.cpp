@@ -91,13 +91,13 @@ Failure Runner::drive(const PlannedPoint& point, const device::Occasion& occasio
   failure = hands_.temperature(occasion, temp_degc);
   if (failure.any()) return failure;
   const Standing at = hands_.place();
-  const InverseResult cmd = commanded(course_.correction, devices_->mechanism,
-                                      {.target = point.target,
-                                       .from_mm = at.l_mm,
-                                       .approach = point.approach,
-                                       .epoch = epoch_.number,
-                                       .time_s = occasion.time_s,
-                                       .temp_degc = temp_degc});
+  const InverseResult cmd = command_for(course_.correction, devices_->machine,
+                                        {.target = point.target,
+                                         .from_mm = at.l_mm,
+                                         .approach = point.approach,
+                                         .epoch = epoch_.number,
+                                         .time_s = occasion.time_s,
+                                         .temp_degc = temp_degc});
   const Displacements& planned = course_.planned_mm[static_cast<std::size_t>(point.seq) - 1];
   if (!cmd.ok() || !((cmd.l_mm - planned).cwiseAbs().maxCoeff() <= kMaxFromPlannedMm)) {
     return unsafe(
@@ -144,6 +144,9 @@ Failure Runner::judge(const store::NewReading& stored) const {
   const Pose& target = stored.reading.target;
   const Reading* near = nearest(measured_, target);
   Eigen::Vector3d off = deviation(stored.reading);
+  for (int c = 0; c < 3; ++c) {
+    if (!devices_->machine.measured[static_cast<std::size_t>(c)]) off[c] = 0;
+  }
   double xy_mm = gate_.first_xy_mm, phi_rad = gate_.first_phi_rad;
   const double least_mm = devices_->virtual_time ? kLashMm : 0;
   const double least_rad = devices_->virtual_time ? kLashRad : 0;
@@ -184,7 +187,7 @@ Failure Runner::judge(const store::NewReading& stored) const {
 Campaign Runner::so_far() const {
   Campaign campaign;
   campaign.name = course_.campaign.name;
-  campaign.machine = machine_of(devices_->mechanism);
+  campaign.machine = devices_->machine;
   campaign.tracker = devices_->sigma;
   for (const auto& [seq, stored] : measured_) campaign.readings.push_back(stored.data.reading);
   return campaign;

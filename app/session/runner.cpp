@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "store/open.hpp"
 
 namespace trammel::session {
@@ -15,21 +15,28 @@ namespace {
 
 constexpr double kPausedPollS = 0.05;
 
-Displacements home_of(const Mechanism& mechanism) {
-  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+Displacements home_of(const Machine& machine) {
+  const InverseResult home = MachineSolver(machine).drives(machine.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
   return home.l_mm;
 }
 
 }  // namespace
 
-std::vector<Displacements> planned_commands(const Plan& plan, const Mechanism& mechanism,
+InverseResult command_for(const Correction& correction, const Machine& machine, const Move& move) {
+  if (std::holds_alternative<NominalCorrection>(correction)) {
+    return MachineSolver(machine).drives(move.target);
+  }
+  return commanded(correction, mechanism_of(machine), move);
+}
+
+std::vector<Displacements> planned_commands(const Plan& plan, const Machine& machine,
                                             const Correction& correction) {
   std::vector<Displacements> commands;
-  Displacements at = home_of(mechanism), at_from = at;
+  Displacements at = home_of(machine), at_from = at;
   for (const PlannedPoint& point : plan.points) {
     const Move move{.target = point.target, .from_mm = at, .approach = point.approach};
-    const InverseResult cmd = commanded(correction, mechanism, move);
+    const InverseResult cmd = command_for(correction, machine, move);
     if (!cmd.ok()) {
       throw InputError({.what = fmt::format("a target is out of reach of chain {}", cmd.chain + 1),
                         .where = {.point = fmt::format("seq {}", point.seq)}});

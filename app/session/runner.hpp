@@ -31,9 +31,12 @@ struct Course {
 /// A command this far from what was checked is not sent.
 inline constexpr double kMaxFromPlannedMm = 1.0;
 
+/// The command for one move: of any machine without a correction, of a 3-PRR with one.
+InverseResult command_for(const Correction& correction, const Machine& machine, const Move& move);
+
 /// Displacements to command for every point, each move from the one before, from home. Throws
 /// InputError that names the first point the correction cannot reach.
-std::vector<Displacements> planned_commands(const Plan& plan, const Mechanism& mechanism,
+std::vector<Displacements> planned_commands(const Plan& plan, const Machine& machine,
                                             const Correction& correction);
 
 class Runner {

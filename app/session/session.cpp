@@ -33,7 +33,7 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   if (const auto row = store::find_campaign(connection, request.campaign)) {
     // No session's readings are asked for: the mechanism alone.
     const auto loaded = store::load_campaign(connection, row->id);
-    if (loaded.campaign.machine != machine_of(devices.mechanism)) {
+    if (loaded.campaign.machine != devices.machine) {
       throw InputError({.what = "the campaign is of another mechanism",
                         .where = {.field = "campaign"},
                         .got = request.campaign,
@@ -52,7 +52,7 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   Campaign campaign;
   campaign.name = request.campaign;
   campaign.simulated = devices.simulated;
-  campaign.machine = machine_of(devices.mechanism);
+  campaign.machine = devices.machine;
   campaign.tracker = devices.sigma;
   campaign.facts = {{"stage", devices.stage->describe()},
                     {"instrument", devices.tracker->describe()}};
@@ -187,18 +187,17 @@ Outcome check_whole(const Request& request, device::Devices& devices, const Corr
   Outcome outcome;
   outcome.n_points = static_cast<int>(request.plan.points.size());
   outcome.watch_host_s = devices.watch_host_s;
-  outcome.violations = check(request.plan, devices.mechanism, options);
+  outcome.violations = check(request.plan, devices.machine, options);
   if (outcome.violations.empty()) {
-    commands = planned_commands(request.plan, devices.mechanism, correction);
-    outcome.violations = check(request.plan, devices.mechanism, options, commands);
+    commands = planned_commands(request.plan, devices.machine, correction);
+    outcome.violations = check(request.plan, devices.machine, options, commands);
   }
   if (outcome.violations.empty()) {
-    outcome.plan_sha256 = plan_sha256(request.plan, devices.mechanism);
+    outcome.plan_sha256 = plan_sha256(request.plan, devices.machine);
     devices.clock->start(request.plan, 0);
     outcome.estimated_s = devices.clock->end_s();
     if (!devices.virtual_time) {
-      outcome.missing =
-          missing_record(request.plan_check, request.plan, devices.mechanism, options);
+      outcome.missing = missing_record(request.plan_check, request.plan, devices.machine, options);
     }
   }
   outcome.state =
@@ -266,7 +265,7 @@ Outcome checked_again(const Course& course, const device::Devices& devices) {
                   .n_points = row.n_points,
                   .n_before = row.n_ok,
                   .watch_host_s = devices.watch_host_s};
-  outcome.violations = check(course.plan, devices.mechanism,
+  outcome.violations = check(course.plan, devices.machine,
                              check_for(course.settings.check, devices.motion), course.planned_mm);
   outcome.state =
       *next(State::planned, outcome.refused() ? Event::check_failed : Event::check_passed);

@@ -135,7 +135,7 @@ Runner::Visit Runner::visit(const std::vector<PlannedPoint>& points, store::SetU
   }
   const Standing start = start_of(next);
   way.insert(way.end(), {start.from_mm, start.l_mm});
-  const auto violations = check_path(devices_->mechanism, way, course_.settings.check);
+  const auto violations = check_path(devices_->machine, way, course_.settings.check);
   if (!violations.empty()) {
     found.failure =
         unsafe("the way over the reference points is not safe: " + describe(violations.front()));

@@ -1,12 +1,13 @@
 #include "core/judge/iso230.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
 
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 
 namespace trammel {
 
@@ -51,6 +52,15 @@ int rail_alone(const Displacements& from_home) {
     alone = i;
   }
   return alone;
+}
+
+/// The measured pose, with its target's coordinates where none was measured.
+Pose as_far_as_measured(const Machine& machine, const Reading& r) {
+  Eigen::Vector3d pose = r.target.vector();
+  for (int c = 0; c < machine.kind->n_chains; ++c) {
+    if (machine.measured[static_cast<std::size_t>(c)]) pose[c] = r.measured->vector()[c];
+  }
+  return Pose::from(pose);
 }
 
 int least_runs(const std::vector<RailTarget>& targets, bool up) {
@@ -109,6 +119,7 @@ Iso230 judged(const RailTargets& rail) {
   const std::string why_down =
       any_down ? too_few(out, runs_down) : "no target was approached downwards";
   const std::string reserve = reserve_of(rail);
+  for (const RailTarget& target : rail.targets) out.reversals.push_back(reversal_at(target));
   std::map<std::string, double> value;
   if (why_up.empty()) {
     const OneWay u = iso230_one_way(rail.targets, true);
@@ -180,27 +191,57 @@ BothWays iso230_both_ways(std::span<const RailTarget> targets) {
   return out;
 }
 
-std::vector<RailTargets> rail_targets(const Mechanism& mechanism,
-                                      std::span<const Reading> readings) {
-  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+Reversal reversal_at(const RailTarget& target) {
+  Reversal out{.position_mm = target.position_mm,
+               .n_up = static_cast<int>(target.up.size()),
+               .n_down = static_cast<int>(target.down.size()),
+               .s_up_mm = {},
+               .s_down_mm = {},
+               .fit = {}};
+  if (out.n_up >= 2) out.s_up_mm = runs_of(target.up).s;
+  if (out.n_down >= 2) out.s_down_mm = runs_of(target.down).s;
+  if (out.n_up < 2 || out.n_down < 2) return out;
+  double kk = 0, kx = 0, xx = 0;
+  std::array<double, 2> mean = {};
+  for (std::size_t way = 0; way < 2; ++way) {
+    const std::vector<double>& x = way == 0 ? target.up : target.down;
+    mean[way] = runs_of(x).mean;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      const double at = static_cast<double>(k) - (static_cast<double>(x.size()) - 1) / 2;
+      kk += at * at;
+      kx += at * (x[k] - mean[way]);
+      xx += (x[k] - mean[way]) * (x[k] - mean[way]);
+    }
+  }
+  const int free = out.n_up + out.n_down - 3;
+  const double drift = kx / kk, s2 = std::max(0.0, xx - drift * kx) / free;
+  out.fit = {mean[0] - mean[1], std::sqrt(s2 * (1.0 / out.n_up + 1.0 / out.n_down)), drift,
+             std::sqrt(s2 / kk)};
+  return out;
+}
+
+std::vector<RailTargets> rail_targets(const Machine& machine, std::span<const Reading> readings) {
+  const MachineSolver solver(machine);
+  const int n = machine.kind->n_chains;
+  const InverseResult home = solver.drives(machine.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
   std::array<std::map<long long, RailTarget>, kChains> found;
   std::array<std::map<int, int>, kChains> epochs;
   int last = -1;
   for (const Reading& r : readings) {
     if (!r.measured) continue;
-    const InverseResult wanted = inverse(mechanism.geometry, r.target);
+    const InverseResult wanted = solver.drives(r.target);
     if (!wanted.ok()) {
       last = -1;
       continue;
     }
     const int alone = rail_alone(wanted.l_mm - home.l_mm);
-    const int rail = alone == kChains ? last : alone;
+    const int rail = n == 1 ? 0 : alone == kChains ? last : alone;
     last = rail;
     if (rail < 0) continue;
     const double move_mm = r.conditions.cmd_mm[rail] - r.conditions.from_mm[rail];
     if (std::abs(move_mm) <= kMovesMm) continue;
-    const InverseResult attained = inverse(mechanism.geometry, *r.measured);
+    const InverseResult attained = solver.drives(as_far_as_measured(machine, r));
     if (!attained.ok()) {
       throw InputError({.what = "a measured pose is out of nominal reach",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
@@ -221,10 +262,10 @@ std::vector<RailTargets> rail_targets(const Mechanism& mechanism,
   return rails;
 }
 
-std::vector<Iso230> iso230(const Mechanism& mechanism, std::span<const Reading> readings,
+std::vector<Iso230> iso230(const Machine& machine, std::span<const Reading> readings,
                            const std::optional<TrackerSigma>& sigma) {
   std::vector<Iso230> all;
-  for (const RailTargets& rail : rail_targets(mechanism, readings)) all.push_back(judged(rail));
+  for (const RailTargets& rail : rail_targets(machine, readings)) all.push_back(judged(rail));
   if (sigma) {
     std::vector<IsoSymbol*> symbols;
     for (Iso230& rail : all) {
@@ -232,7 +273,7 @@ std::vector<Iso230> iso230(const Mechanism& mechanism, std::span<const Reading> 
     }
     add_floors(symbols, readings, *sigma, [&](std::span<const Reading> perfect) {
       std::vector<IsoSymbol> found;
-      for (Iso230& rail : iso230(mechanism, perfect))
+      for (Iso230& rail : iso230(machine, perfect))
         std::ranges::move(rail.symbols, std::back_inserter(found));
       return found;
     });

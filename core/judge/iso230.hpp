@@ -10,6 +10,7 @@
 
 #include "core/judge/iso_symbol.hpp"
 #include "core/measure/reading.hpp"
+#include "core/mechanism/machine.hpp"
 
 namespace trammel {
 
@@ -34,6 +35,22 @@ struct BothWays {
   double B_mm = 0, Bm_mm = 0, R_mm = 0, E_mm = 0, M_mm = 0, A_mm = 0;
 };
 
+/// Reversal and drift of one target, whatever the standard asks of the whole: over its visits,
+///   x_k = xm_dir + d (k - mean k) + e_k,    k = 1, 2, … in each direction: the number of the run
+/// by least squares: B = xm(u) - xm(d), d the drift a run, the same both ways; their standard
+/// errors from the residuals, n_u + n_d - 3 degrees of freedom. s without the drift taken out.
+struct Reversal {
+  double position_mm = 0;
+  int n_up = 0, n_down = 0;
+  std::optional<double> s_up_mm, s_down_mm;  // of two runs or more
+  struct Fit {
+    double B_mm = 0, B_error_mm = 0, drift_mm = 0, drift_error_mm = 0;
+  };
+  std::optional<Fit> fit;  // of two runs or more each way
+};
+/// Proof: iso230_test.cpp.
+Reversal reversal_at(const RailTarget& target);
+
 /// Preconditions: some targets, two runs or more of each, in the direction asked for.
 OneWay iso230_one_way(std::span<const RailTarget> targets, bool up);
 BothWays iso230_both_ways(std::span<const RailTarget> targets);
@@ -47,8 +64,7 @@ struct RailTargets {
   int n_epochs = 1;
   std::vector<RailTarget> targets;  // by rising position
 };
-std::vector<RailTargets> rail_targets(const Mechanism& mechanism,
-                                      std::span<const Reading> readings);
+std::vector<RailTargets> rail_targets(const Machine& machine, std::span<const Reading> readings);
 
 inline constexpr int kLeastTargets = 5;  // and five on each metre
 inline constexpr int kLeastRuns = 5;
@@ -60,6 +76,7 @@ struct Iso230 {
   double travel_mm = 0;
   /// B, Bm, R_u, R_d, R, E_u, E_d, E, M, A_u, A_d, A; or refused in words.
   std::vector<IsoSymbol> symbols;
+  std::vector<Reversal> reversals;  // target by target
 };
 
 /// Symbols of every rail that was measured alone; one entry with rail = 0 and all symbols refused
@@ -67,7 +84,11 @@ struct Iso230 {
 /// since the deviation takes in the readings' noise of x, y and phi. Throws InputError when a
 /// measured pose is out of nominal reach. Proof: iso230_test.cpp, golden numbers by
 /// scripts/make_golden_iso.py.
-std::vector<Iso230> iso230(const Mechanism& mechanism, std::span<const Reading> readings,
+std::vector<Iso230> iso230(const Machine& machine, std::span<const Reading> readings,
                            const std::optional<TrackerSigma>& sigma = {});
+inline std::vector<Iso230> iso230(const Mechanism& mechanism, std::span<const Reading> readings,
+                                  const std::optional<TrackerSigma>& sigma = {}) {
+  return iso230(machine_of(mechanism), readings, sigma);
+}
 
 }  // namespace trammel

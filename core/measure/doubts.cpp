@@ -10,7 +10,7 @@
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/printed.hpp"
-#include "core/mechanism/machine_kinematics.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
@@ -78,8 +78,12 @@ void add_nominal(const Campaign& c, std::vector<Suspicion>& found) {
 void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
   if (!c.tracker) return;
   const SmoothResidual left = smooth_residual(c);
-  const double left_xy_mm = std::hypot(left.x_mm, left.y_mm) / std::sqrt(2.0);
-  const double xy = left_xy_mm / c.tracker->xy_mm, phi = left.phi_rad / c.tracker->phi_rad;
+  const Coordinates& is_measured = c.machine.measured;
+  const int n_xy = (is_measured[0] ? 1 : 0) + (is_measured[1] ? 1 : 0);
+  const double left_xy_mm = std::hypot(left.x_mm, left.y_mm) / std::sqrt(std::max(1, n_xy));
+  // What is not measured scatters neither too little nor too much.
+  const double xy = n_xy > 0 ? left_xy_mm / c.tracker->xy_mm : 1;
+  const double phi = is_measured[2] ? left.phi_rad / c.tracker->phi_rad : 1;
   const bool judged = left.degrees_of_freedom >= kEnoughFreedom;
   const auto near = [](double ratio, double unit) {
     return ratio > unit / kWithinUnit && ratio < unit * kWithinUnit;
@@ -126,8 +130,8 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
   }
   const auto repeats = pooled_noise(c.readings);
   if (!repeats || repeats->degrees_of_freedom < kEnoughFreedom) return;
-  if (repeats->sigma.xy_mm < kTooBad * c.tracker->xy_mm &&
-      repeats->sigma.phi_rad < kTooBad * c.tracker->phi_rad)
+  if (!(n_xy > 0 && repeats->sigma.xy_mm >= kTooBad * c.tracker->xy_mm) &&
+      !(is_measured[2] && repeats->sigma.phi_rad >= kTooBad * c.tracker->phi_rad))
     return;
   found.push_back({Mistake::sigma_unit,
                    printed("is the stated sigma in the right unit? It is %.3g mm and %.3g deg",
@@ -188,6 +192,8 @@ void add_clock(const Campaign& c, std::vector<Suspicion>& found) {
 /// Readings of one target with the same pose to the last digit, where digits are finer than noise.
 void add_copies(const Campaign& c, std::vector<Suspicion>& found) {
   const double fine_mm = c.tracker ? kFineStep * c.tracker->xy_mm : kFineStepMm;
+  const Coordinates& is_measured = c.machine.measured;
+  if (std::ranges::count(is_measured, true) < 2) return;  // one number repeats by chance
   if (digit_step_mm(c) > fine_mm) return;
   using Key = std::tuple<double, double, double>;
   std::map<Key, std::vector<const Reading*>> groups;
@@ -245,10 +251,11 @@ void add_epochs(const Campaign& c, std::vector<Suspicion>& found) {
 
 /// How far each reading's commands are from the nominal ones of its target; 0 out of reach.
 std::vector<double> command_off_mm(const Campaign& c) {
+  const MachineSolver solver(c.machine);
   std::vector<double> off_mm;
   for (const Reading& r : c.readings) {
-    const DrivesAt at = drives_at(c.machine, r.target);
-    off_mm.push_back(at.reached() ? (r.conditions.cmd_mm - at.q_mm).cwiseAbs().maxCoeff() : 0);
+    const InverseResult at = solver.drives(r.target);
+    off_mm.push_back(at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0);
   }
   return off_mm;
 }

@@ -9,7 +9,7 @@
 
 #include "core/measure/lie.hpp"
 #include "core/measure/printed.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
@@ -42,7 +42,7 @@ using Displaced = std::optional<Displacements>;
 
 /// What the inverse kinematics make of a pose, and what the drives make of that.
 struct Model {
-  Geometry geometry;
+  MachineSolver solver;
   bool other_branch = false;
   std::function<Displacements(const Displacements&)> drives = [](const Displacements& l) {
     return l;
@@ -51,11 +51,13 @@ struct Model {
 
 /// (4) of inverse.hpp with the branch asked for: the plus sign is the other working mode.
 Displaced displacements_at(const Model& model, const Pose& pose) {
-  const InverseResult at = inverse(model.geometry, pose);
+  const InverseResult at = model.solver.drives(pose);
   if (!at.ok()) return std::nullopt;
   Displacements l = at.l_mm;
-  for (int i = 0; model.other_branch && i < kChains; ++i) {
-    const Chain& chain = model.geometry.chains[static_cast<std::size_t>(i)];
+  if (!model.other_branch) return model.drives(l);
+  const Geometry geometry = geometry_of(model.solver.machine());
+  for (int i = 0; i < kChains; ++i) {
+    const Chain& chain = geometry.chains[static_cast<std::size_t>(i)];
     // Q.u - root becomes Q.u + root; the link's angle says the root: S cos(alpha - theta)
     l[i] += 2 * chain.S_mm * std::cos(chain.alpha_rad - at.theta_rad[i]);
   }
@@ -72,6 +74,7 @@ struct Distance {
 /// Infinite where too many of the poses are out of reach. Row k of the commands goes with row
 /// k + shift of the poses.
 Distance distance(const Model& model, const Commands& commands, const Poses& poses, int shift = 0) {
+  const int n_drives = model.solver.machine().kind->n_chains;
   std::array<std::vector<double>, kChains> off;
   std::size_t reached = 0, asked = 0;
   const auto n = static_cast<int>(poses.size());
@@ -81,19 +84,19 @@ Distance distance(const Model& model, const Commands& commands, const Poses& pos
     if (!l) continue;
     ++reached;
     const Displacements d = commands[static_cast<std::size_t>(k)] - *l;
-    for (int i = 0; i < kChains; ++i) off[static_cast<std::size_t>(i)].push_back(d[i]);
+    for (int i = 0; i < n_drives; ++i) off[static_cast<std::size_t>(i)].push_back(d[i]);
   }
   Distance result;
   if (reached == 0 ||
       static_cast<double>(reached) < (1 - kMostUnreachable) * static_cast<double>(asked))
     return result;
   double scatter2 = 0, zero2 = 0;
-  for (int i = 0; i < kChains; ++i) {
+  for (int i = 0; i < n_drives; ++i) {
     std::vector<double>& drive = off[static_cast<std::size_t>(i)];
     result.zero_mm[i] = median(drive);
     for (double& v : drive) v -= result.zero_mm[i];
-    scatter2 += std::pow(robust_sigma(drive), 2) / kChains;
-    zero2 += std::pow(result.zero_mm[i], 2) / kChains;
+    scatter2 += std::pow(robust_sigma(drive), 2) / n_drives;
+    zero2 += std::pow(result.zero_mm[i], 2) / n_drives;
   }
   result.scatter_mm = std::sqrt(scatter2);
   result.whole_mm = std::sqrt(scatter2 + zero2);
@@ -202,11 +205,14 @@ struct Hypothesis {
   Model model;
 };
 
-std::vector<Hypothesis> of_drives(const Geometry& geometry) {
+bool is_prr(const MachineSolver& solver) { return solver.machine().kind->chain == &kPrrChain; }
+
+std::vector<Hypothesis> of_drives(const MachineSolver& solver) {
+  const int n = solver.machine().kind->n_chains;
   std::vector<Hypothesis> all;
   std::array<int, kChains> order;
   std::iota(order.begin(), order.end(), 0);
-  while (std::next_permutation(order.begin(), order.end())) {
+  while (std::next_permutation(order.begin(), order.begin() + n)) {
     std::vector<int> moved;
     for (int i = 0; i < kChains; ++i) {
       if (order[static_cast<std::size_t>(i)] != i) moved.push_back(i);
@@ -214,11 +220,11 @@ std::vector<Hypothesis> of_drives(const Geometry& geometry) {
     all.push_back({Mistake::drives_swapped,
                    "drives " + drives_in_words(moved) +
                        (moved.size() == 2 ? " are swapped" : " have changed places"),
-                   {.geometry = geometry, .drives = [order](const Displacements& l) {
+                   {.solver = solver, .drives = [order](const Displacements& l) {
                       return Displacements(l[order[0]], l[order[1]], l[order[2]]);
                     }}});
   }
-  for (unsigned signs = 1; signs < 1U << kChains; ++signs) {
+  for (unsigned signs = 1; signs < 1U << n; ++signs) {
     Displacements sign = Displacements::Ones();
     std::vector<int> reversed;
     for (int i = 0; i < kChains; ++i) {
@@ -230,13 +236,14 @@ std::vector<Hypothesis> of_drives(const Geometry& geometry) {
     all.push_back({Mistake::drive_reversed,
                    (one ? "drive " : "drives ") + drives_in_words(reversed) +
                        (one ? " counts backwards" : " count backwards"),
-                   {.geometry = geometry, .drives = [sign](const Displacements& l) {
+                   {.solver = solver, .drives = [sign](const Displacements& l) {
                       return Displacements(sign.cwiseProduct(l));  // its zero is a constant
                     }}});
   }
+  if (!is_prr(solver)) return all;
   all.push_back({Mistake::working_mode,
                  "the links stand in the other working mode",
-                 {.geometry = geometry, .other_branch = true}});
+                 {.solver = solver, .other_branch = true}});
   return all;
 }
 
@@ -248,9 +255,9 @@ struct Length {
 constexpr std::array<Length, 3> kLengths = {
     {{"R", &Chain::R_mm}, {"r", &Chain::r_mm}, {"S", &Chain::S_mm}}};
 
-Geometry longer(Geometry geometry, const Length& length, double by_mm) {
+MachineSolver longer(Geometry geometry, const Length& length, double by_mm) {
   for (Chain& chain : geometry.chains) chain.*(length.of) += by_mm;
-  return geometry;
+  return MachineSolver(machine_of({.geometry = geometry, .home = {}, .limits = {}}));
 }
 
 constexpr const char* kLie = "measured poses lie on the targets";
@@ -262,14 +269,14 @@ struct Fitted {
 
 class Search {
  public:
-  explicit Search(const Campaign& campaign) : geometry_(mechanism_of(campaign.machine).geometry) {
+  explicit Search(const Campaign& campaign) : solver_(campaign.machine) {
     for (const Reading& r : campaign.readings) {
       if (!r.measured) continue;
       commands_.push_back(r.conditions.cmd_mm);
       targets_.push_back(r.target);
       measured_.push_back(*r.measured);
     }
-    home_ = inverse(geometry_, campaign.machine.home);
+    home_ = solver_.drives(solver_.machine().home);
   }
 
   [[nodiscard]] bool enough() const {
@@ -280,10 +287,12 @@ class Search {
     Displacements mean = Displacements::Zero();
     const auto n = static_cast<double>(commands_.size());
     for (const Displacements& c : commands_) mean += c / n;
-    for (const Displacements& c : commands_) spread_mm_ += (c - mean).squaredNorm() / (kChains * n);
+    const int n_drives = solver_.machine().kind->n_chains;
+    for (const Displacements& c : commands_)
+      spread_mm_ += (c - mean).squaredNorm() / (n_drives * n);
     spread_mm_ = std::sqrt(spread_mm_);
-    of_measured_ = distance({geometry_}, commands_, measured_);
-    of_targets_ = distance({geometry_}, commands_, targets_);
+    of_measured_ = distance({solver_}, commands_, measured_);
+    of_targets_ = distance({solver_}, commands_, targets_);
     if (exchanged()) {
       return {{Mistake::exchanged, "measured and target poses have changed places",
                printed("commands are the inverse kinematics of the measured poses to %.2g mm, of "
@@ -365,7 +374,7 @@ class Search {
       const double left_mm = off_mm(targets ? measured_ : targets_, right);
       consider(parts.front().kind, what, left_mm, l.off_mm, kLie, INFINITY);
       if (!fitted_.empty() && fitted_.back().suspicion.what == what) {  // beside wires: in drives
-        const double drives_mm = distance({geometry_}, commands_, right).scatter_mm;
+        const double drives_mm = distance({solver_}, commands_, right).scatter_mm;
         if (std::isfinite(drives_mm)) fitted_.back().left_mm = std::max(drives_mm, kNothingMm);
       }
     }
@@ -390,7 +399,7 @@ class Search {
 
   /// What the machine did, by its readings.
   void of_wires() {
-    for (const Hypothesis& h : of_drives(geometry_)) {
+    for (const Hypothesis& h : of_drives(solver_)) {
       consider(h.kind, h.what, distance(h.model, commands_, measured_).scatter_mm,
                of_measured_.scatter_mm, "commands fit the inverse kinematics of the readings",
                kSoundShare * spread_mm_);
@@ -402,7 +411,7 @@ class Search {
     constexpr const char* kFit = "commands fit the inverse kinematics of the targets";
     const double bound_mm = std::min(kSoundShare * spread_mm_, kMostShiftedMm);
     const double now_mm = of_targets_.whole_mm;
-    for (const Hypothesis& h : of_drives(geometry_)) {
+    for (const Hypothesis& h : of_drives(solver_)) {
       consider(h.kind, h.what, distance(h.model, commands_, targets_).scatter_mm,
                of_targets_.scatter_mm, kFit, bound_mm);
     }
@@ -410,7 +419,7 @@ class Search {
       const Displacements home = home_.l_mm;
       consider(
           Mistake::mechanism, "commands count from home, not from each rail's zero",
-          distance({.geometry = geometry_,
+          distance({.solver = solver_,
                     .drives = [home](const Displacements& l) { return Displacements(l - home); }},
                    commands_, targets_)
               .whole_mm,
@@ -421,7 +430,7 @@ class Search {
       Poses right = targets_;
       for (Pose& p : right) p = {p.x_mm / unit, p.y_mm / unit, p.phi_rad};
       consider(Mistake::scale, "target x and y " + unit_words(unit) + ", measured ones too",
-               distance({geometry_}, commands_, right).whole_mm, now_mm, kFit, bound_mm);
+               distance({solver_}, commands_, right).whole_mm, now_mm, kFit, bound_mm);
     }
     for (const double slope : {rad_from_deg(1), deg_from_rad(1)}) {
       Poses right = targets_;
@@ -429,14 +438,14 @@ class Search {
       consider(Mistake::radians,
                slope < 1 ? "all orientations are radians where degrees are due"
                          : "all orientations were converted from degrees twice",
-               distance({geometry_}, commands_, right).whole_mm, now_mm, kFit, bound_mm);
+               distance({solver_}, commands_, right).whole_mm, now_mm, kFit, bound_mm);
     }
     if (of_targets_.scatter_mm < kNothingMm) {  // an R is a joint zero of all drives
       const Displacements& zero = of_targets_.zero_mm;
-      const bool equal = zero.maxCoeff() - zero.minCoeff() < kNothingMm;
+      const bool equal = is_prr(solver_) && zero.maxCoeff() - zero.minCoeff() < kNothingMm;
       consider(Mistake::mechanism,
                equal ? printed("commands are those of R = %.6g mm (or of joint zeros as far off)",
-                               geometry_.chains[0].R_mm + zero.mean())
+                               geometry_of(solver_.machine()).chains[0].R_mm + zero.mean())
                      : printed("commands count from other joint zeros: by %.4g, %.4g, %.4g mm",
                                zero[0], zero[1], zero[2]),
                of_targets_.scatter_mm, now_mm, kFit, bound_mm);
@@ -448,7 +457,7 @@ class Search {
     Displacements mean_c = Displacements::Zero(), mean_l = Displacements::Zero();
     std::vector<std::pair<Displacements, Displacements>> rows;
     for (std::size_t k = 0; k < commands_.size(); ++k) {
-      if (const Displaced l = displacements_at({geometry_}, targets_[k]))
+      if (const Displaced l = displacements_at({solver_}, targets_[k]))
         rows.emplace_back(commands_[k], *l);
     }
     const auto n = static_cast<double>(rows.size());
@@ -465,7 +474,7 @@ class Search {
     const double scale = cl / ll;
     consider(
         Mistake::scale, "commands " + unit_words(scale),
-        distance({.geometry = geometry_,
+        distance({.solver = solver_,
                   .drives = [scale](const Displacements& l) { return Displacements(scale * l); }},
                  commands_, targets_)
                 .scatter_mm /
@@ -476,7 +485,8 @@ class Search {
   /// Commands carry no noise: one other length that explains all of them is the plan's.
   void other_lengths() {
     const double now_mm = of_targets_.whole_mm;
-    if (!(now_mm > kNothingMm)) return;
+    if (!(now_mm > kNothingMm) || !is_prr(solver_)) return;
+    const Geometry geometry = geometry_of(solver_.machine());
     for (const Length& length : kLengths) {
       constexpr int kSteps = 6;
       constexpr double kSmallMm = 1e-3;
@@ -484,21 +494,21 @@ class Search {
       for (int step = 0; step < kSteps; ++step) {
         double rs = 0, ss = 0;
         for (std::size_t k = 0; k < commands_.size(); ++k) {
-          const Displaced at = displacements_at({longer(geometry_, length, by_mm)}, targets_[k]);
+          const Displaced at = displacements_at({longer(geometry, length, by_mm)}, targets_[k]);
           const Displaced next =
-              displacements_at({longer(geometry_, length, by_mm + kSmallMm)}, targets_[k]);
+              displacements_at({longer(geometry, length, by_mm + kSmallMm)}, targets_[k]);
           if (!at || !next) continue;
           const Displacements slope = (*next - *at) / kSmallMm;
           rs += slope.dot(commands_[k] - *at);
           ss += slope.squaredNorm();
         }
         if (!(ss > 0)) break;
-        const double most = 0.5 * (geometry_.chains[0].*(length.of) + by_mm);
+        const double most = 0.5 * (geometry.chains[0].*(length.of) + by_mm);
         by_mm += std::clamp(rs / ss, -most, most);
-        left_mm = distance({longer(geometry_, length, by_mm)}, commands_, targets_).whole_mm;
+        left_mm = distance({longer(geometry, length, by_mm)}, commands_, targets_).whole_mm;
       }
       if (std::abs(by_mm) < kOtherLengthMm) continue;
-      const double is = geometry_.chains[0].*(length.of);
+      const double is = geometry.chains[0].*(length.of);
       consider(
           Mistake::mechanism,
           printed("commands are those of %s = %.6g mm, not of %.6g", length.name, is + by_mm, is),
@@ -524,7 +534,7 @@ class Search {
                now_mm, kLie, INFINITY);
       if (poses_mm * kFarBetter < now_mm || of_targets_.whole_mm < kNothingMm) continue;
       consider(Mistake::shifted_rows, stand("commands", by < 0),
-               distance({geometry_}, commands_, targets_, by).whole_mm, of_targets_.whole_mm,
+               distance({solver_}, commands_, targets_, by).whole_mm, of_targets_.whole_mm,
                "commands fit the inverse kinematics of the targets", INFINITY);
     }
   }
@@ -552,7 +562,7 @@ class Search {
     return all;
   }
 
-  Geometry geometry_;
+  MachineSolver solver_;
   Commands commands_;
   Poses targets_, measured_;
   InverseResult home_;
@@ -564,12 +574,29 @@ class Search {
 
 }  // namespace
 
+Campaign completed(const Campaign& campaign) {
+  Campaign all = campaign;
+  const Machine& machine = campaign.machine;
+  for (Reading& r : all.readings) {
+    if (!r.measured) continue;
+    const Eigen::Vector3d target = r.target.vector();
+    Eigen::Vector3d measured = r.measured->vector();
+    for (int c = 0; c < 3; ++c) {
+      const bool known = machine.measured[static_cast<std::size_t>(c)];
+      if (!known || c >= machine.kind->n_chains) measured[c] = target[c];
+    }
+    r.measured = Pose::from(measured);
+  }
+  return all;
+}
+
 std::vector<Suspicion> gross_mistakes(const Campaign& campaign) {
-  Search search(campaign);
+  Search search(completed(campaign));
   return search.enough() ? search.found() : std::vector<Suspicion>{};
 }
 
-std::vector<Suspicion> gross_mistakes_of_few(const Campaign& campaign) {
+std::vector<Suspicion> gross_mistakes_of_few(const Campaign& as_measured) {
+  const Campaign campaign = completed(as_measured);
   struct Undo {
     Mistake kind;
     const char* what;
@@ -638,21 +665,21 @@ std::vector<Suspicion> gross_mistakes_of_few(const Campaign& campaign) {
              }),
              now_mm);
   }
-  const Geometry& geometry = mechanism_of(campaign.machine).geometry;
-  const InverseResult home = inverse(geometry, campaign.machine.home);
+  const MachineSolver solver(campaign.machine);
+  const InverseResult home = solver.drives(solver.machine().home);
   if (!home.ok()) return {};
   const auto in_drives = [&](const Model& model) {
     return farthest([&](const Reading& r) {
       const Displaced l = displacements_at(model, *r.measured);
-      const Displaced at_home = displacements_at(model, campaign.machine.home);
+      const Displaced at_home = displacements_at(model, solver.machine().home);
       if (!l || !at_home) return static_cast<double>(INFINITY);
       // From home on: what a drive counts there is not known.
       const Displacements way = *l - *at_home - (r.conditions.cmd_mm - home.l_mm);
       return way.cwiseAbs().maxCoeff();
     });
   };
-  const double drives_now_mm = in_drives({geometry});
-  for (const Hypothesis& h : of_drives(geometry)) {
+  const double drives_now_mm = in_drives({solver});
+  for (const Hypothesis& h : of_drives(solver)) {
     if (h.kind != Mistake::working_mode)
       consider(h.kind, h.what, in_drives(h.model), drives_now_mm);
   }

@@ -32,6 +32,10 @@ std::vector<Suspicion> gross_mistakes(const Campaign& campaign);
 /// tenth and kCloseMm. Proof: tests/core/measure/screen_test.cpp.
 std::vector<Suspicion> gross_mistakes_of_few(const Campaign& campaign);
 
+/// The campaign with what is not measured, or no coordinate of its machine (phi of an XY stage), at
+/// its targets: nothing is held against either.
+Campaign completed(const Campaign& campaign);
+
 inline constexpr double kCloseMm = 3;
 inline constexpr int kFewestScreened = 6;
 inline constexpr double kSoundShare = 0.06;

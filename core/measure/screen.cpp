@@ -77,7 +77,8 @@ std::string to_string(Gravity gravity) {
   return kNames[static_cast<std::size_t>(gravity)];
 }
 
-std::vector<Suspicion> screened(const Campaign& campaign) {
+std::vector<Suspicion> screened(const Campaign& as_measured) {
+  const Campaign campaign = completed(as_measured);
   std::vector<Suspicion> found = gross_mistakes(campaign);
   if (found.empty()) found = bad_readings(campaign);
   for (Suspicion& doubt : doubts(campaign, found)) found.push_back(std::move(doubt));

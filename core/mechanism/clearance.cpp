@@ -34,21 +34,26 @@ double distance(const Segment& s, const Segment& t) {
 }  // namespace
 
 double link_clearance_mm(const Geometry& geometry, const InverseResult& at) {
-  std::array<Segment, kChains> link;
+  std::array<Link, kChains> links;
   for (std::size_t i = 0; i < kChains; ++i) {
     const Chain& chain = geometry.chains[i];
     const Point u(std::cos(chain.alpha_rad), std::sin(chain.alpha_rad));
     const Point n(-u.y(), u.x());
     const double theta = at.theta_rad[static_cast<Eigen::Index>(i)];
     const double l = at.l_mm[static_cast<Eigen::Index>(i)] + chain.l_zero_mm - chain.R_mm;
-    link[i].a = l * u + chain.h_mm * n;
-    link[i].b = link[i].a + chain.S_mm * Point(std::cos(theta), std::sin(theta));
+    links[i].base = l * u + chain.h_mm * n;
+    links[i].platform = links[i].base + chain.S_mm * Point(std::cos(theta), std::sin(theta));
   }
+  return link_clearance_mm(links);
+}
+
+double link_clearance_mm(const std::array<Link, kChains>& links) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kChains; ++i) {
-    const std::size_t j = (i + 1) % kChains, k = (i + 2) % kChains;
-    least = std::min(
-        {least, distance(link[i], link[j]), distance(link[i], Segment{link[j].b, link[k].b})});
+    const Link &link = links[i], &next = links[(i + 1) % kChains], &last = links[(i + 2) % kChains];
+    const Segment here = {link.base, link.platform};
+    least = std::min({least, distance(here, {next.base, next.platform}),
+                      distance(here, {next.platform, last.platform})});
   }
   return least;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "core/mechanism/geometry.hpp"
 #include "core/mechanism/inverse.hpp"
 
@@ -14,5 +16,12 @@ namespace trammel {
 /// around the robot are not known here.
 /// Precondition: `at` is the solved pose. Proof: clearance_test.cpp.
 double link_clearance_mm(const Geometry& geometry, const InverseResult& at);
+
+/// A link or cylinder between a joint of the base or its carriage, and one of the platform [mm].
+struct Link {
+  Eigen::Vector2d base, platform;
+};
+/// The same of three links.
+double link_clearance_mm(const std::array<Link, kChains>& links);
 
 }  // namespace trammel

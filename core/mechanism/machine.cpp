@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/mechanism/machine_kinematics.hpp"
+#include "core/mechanism/machine_solver.hpp"
 
 namespace trammel {
 
@@ -189,13 +190,10 @@ Mechanism mechanism_of(const Machine& machine) {
                       .expected = "the lead and limits of the first drive",
                       .hint = "`trammel mechanism` knows them apart"});
   }
-  Mechanism mechanism{
-      .geometry = {}, .screw_lead_mm = drive.lead_mm, .home = machine.home, .limits = drive.limits};
-  for (std::size_t i = 0; i < kChains; ++i) {
-    const ChainValues& p = machine.chains[i];
-    mechanism.geometry.chains[i] = {p[0], p[1], p[2], p[3], p[4], p[5], p[6]};
-  }
-  return mechanism;
+  return {.geometry = geometry_of(machine),
+          .screw_lead_mm = drive.lead_mm,
+          .home = machine.home,
+          .limits = drive.limits};
 }
 
 }  // namespace trammel

@@ -4,8 +4,7 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "core/mechanism/forward.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/statistics/random.hpp"
 
 namespace trammel {
@@ -68,21 +67,22 @@ Plan build_plan(const PlanRequest& request) {
   return plan;
 }
 
-Plan rail_plan(const Mechanism& mechanism, const RailRequest& request) {
+Plan rail_plan(const Machine& machine, const RailRequest& request) {
   if (!(request.half_travel_mm > 0) || request.targets < 2 || request.targets > 10000 ||
       request.runs < 1 || request.runs > 1000) {
     throw InputError({.what = "the rail plan is not usable",
                       .expected = "a positive travel, 2 to 10000 targets, 1 to 1000 runs"});
   }
-  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  const MachineSolver solver(machine);
+  const InverseResult home = solver.drives(machine.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
   Plan plan{request.name, request.approach_mm, {}};
-  for (int rail = 0; rail < kChains; ++rail) {
+  for (int rail = 0; rail < machine.kind->n_chains; ++rail) {
     std::vector<Pose> poses;
     for (int k = 0; k < request.targets; ++k) {
       Displacements l = home.l_mm;
       l[rail] += request.half_travel_mm * (2.0 * k / (request.targets - 1) - 1);
-      const ForwardResult at = forward(mechanism.geometry, l, mechanism.home);
+      const MachinePose at = solver.pose(l, machine.home);
       if (!at.ok()) {
         throw InputError({.what = "a target of the rail plan is out of reach",
                           .where = {.field = "rail " + std::to_string(rail + 1)},

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mechanism/machine.hpp"
 #include "core/plan/grids.hpp"
 #include "core/plan/plan.hpp"
 
@@ -44,8 +45,11 @@ struct RailRequest {
 };
 
 /// Per rail and run: all targets upwards with direction +1, then downwards with -1; group "rail i",
-/// repeat = run. Poses are where the nominal mechanism stands with one rail displaced. Throws
+/// repeat = run. Poses are where the nominal machine stands with one drive displaced. Throws
 /// InputError when a target is out of reach, naming rail and displacement.
-Plan rail_plan(const Mechanism& mechanism, const RailRequest& request);
+Plan rail_plan(const Machine& machine, const RailRequest& request);
+inline Plan rail_plan(const Mechanism& mechanism, const RailRequest& request) {
+  return rail_plan(machine_of(mechanism), request);
+}
 
 }  // namespace trammel

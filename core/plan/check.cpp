@@ -6,12 +6,10 @@
 #include <cstdio>
 #include <limits>
 #include <optional>
+#include <string>
 
 #include "core/error.hpp"
-#include "core/mechanism/clearance.hpp"
-#include "core/mechanism/forward.hpp"
-#include "core/mechanism/inverse.hpp"
-#include "core/mechanism/velocity.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -23,8 +21,10 @@ using Place = Violation::Place;
 
 class Checker {
  public:
-  Checker(const Mechanism& mechanism, const CheckOptions& options)
-      : mechanism_(mechanism), options_(options) {}
+  Checker(const Machine& machine, const CheckOptions& options)
+      : solver_(machine), options_(options) {}
+
+  [[nodiscard]] const MachineSolver& solver() const { return solver_; }
 
   std::vector<Violation> take() { return std::move(found_); }
 
@@ -33,10 +33,11 @@ class Checker {
   }
 
   bool limits(int seq, Place place, const Displacements& l_mm) {
-    const double low = mechanism_.limits.l_min_mm + options_.limit_margin_mm;
-    const double high = mechanism_.limits.l_max_mm - options_.limit_margin_mm;
     bool inside = true;
-    for (int i = 0; i < kChains; ++i) {
+    for (int i = 0; i < solver_.machine().kind->n_chains; ++i) {
+      const Limits& limits = solver_.machine().drives[static_cast<std::size_t>(i)].limits;
+      const double low = limits.l_min_mm + options_.limit_margin_mm;
+      const double high = limits.l_max_mm - options_.limit_margin_mm;
       if (l_mm[i] < low) add(seq, place, What::lower_limit, i + 1, l_mm[i], low);
       if (l_mm[i] > high) add(seq, place, What::upper_limit, i + 1, l_mm[i], high);
       inside = inside && l_mm[i] >= low && l_mm[i] <= high;
@@ -50,11 +51,6 @@ class Checker {
     }
   }
 
-  [[nodiscard]] double margin(const Pose& pose, const InverseResult& at) const {
-    const Geometry& geometry = mechanism_.geometry;
-    return singularity(geometry, velocity_equation(geometry, pose, at)).margin();
-  }
-
   /// Rails move in proportion. Leaves `pose` at the end; nothing when the platform cannot follow.
   std::optional<Pose> path(int seq, const Displacements& from, const Displacements& to, Pose pose,
                            Place end) {
@@ -64,26 +60,21 @@ class Checker {
     const Eigen::Vector3d l_dot =
         length > 0 ? Eigen::Vector3d((to - from) * (options_.speed_mm_s / length))
                    : Eigen::Vector3d::Zero();
-    const RailFrames rails = rail_frames(mechanism_.geometry);
     for (int k = 1; k <= steps; ++k) {
       const Displacements l = from + (to - from) * (static_cast<double>(k) / steps);
-      const ForwardResult at = forward(rails, l, pose);
+      const MachinePose at = solver_.pose(l, pose);
       if (!at.ok()) {
-        const bool reach = at.status == ForwardResult::Status::unreachable;
+        const bool reach = at.status == MachinePose::Status::unreachable;
         add(seq, k == steps ? end : Place::path, reach ? What::unreachable : What::singular,
             reach ? at.chain + 1 : 0, reach ? l[at.chain] : 0, 0);
         return std::nullopt;
       }
       pose = at.pose;
-      const VelocityEquation velocity = velocity_equation(rails, at.at);
-      const double here = singularity(mechanism_.geometry, velocity).margin();
-      if (k < steps) least = std::min(least, here);
-      const InverseResult links{.l_mm = at.at.l_mm, .theta_rad = link_angles_rad(rails, at.at)};
-      closest = std::min(closest, link_clearance_mm(mechanism_.geometry, links));
-      if (here > 0) {
-        const Eigen::Vector3d X_dot = velocity_jacobian(velocity) * l_dot;
-        fastest = std::max(fastest, std::hypot(X_dot[0], X_dot[1]));
-      }
+      const MachineSolver::Look look = solver_.look(pose);
+      if (k < steps) least = std::min(least, look.singularity.margin());
+      closest = std::min(closest, look.clearance_mm);
+      const Eigen::Vector3d X_dot = look.J_V * l_dot;
+      fastest = std::max(fastest, std::hypot(X_dot[0], X_dot[1]));
     }
     singular(seq, Place::path, least);
     if (closest < options_.link_clearance_mm) {
@@ -96,7 +87,7 @@ class Checker {
   }
 
  private:
-  const Mechanism& mechanism_;
+  MachineSolver solver_;
   const CheckOptions& options_;
   std::vector<Violation> found_;
 };
@@ -116,20 +107,21 @@ bool same_assembly(const Pose& a, const Pose& b) {
 }
 
 /// Looks at one point; the standing place moves on only when the target can be stood on.
-void check_point(Checker& checker, const Mechanism& mechanism, const Plan& plan,
-                 const PlannedPoint& point, const Displacements* command, Standing& at) {
+void check_point(Checker& checker, const Plan& plan, const PlannedPoint& point,
+                 const Displacements* command, Standing& at) {
   if (!point.target.vector().allFinite() || (command != nullptr && !command->allFinite())) {
     checker.add(point.seq, Place::target, What::not_finite);
     return;
   }
-  const InverseResult solved = inverse(mechanism.geometry, point.target);
+  const InverseResult solved = checker.solver().drives(point.target);
   if (!solved.ok()) {
     checker.add(point.seq, Place::target, What::unreachable, solved.chain + 1);
     return;
   }
   const Displacements cmd = command != nullptr ? *command : solved.l_mm;
   checker.limits(point.seq, Place::target, cmd);
-  checker.singular(point.seq, Place::target, checker.margin(point.target, solved));
+  checker.singular(point.seq, Place::target,
+                   checker.solver().look(point.target).singularity.margin());
   const PlannedMove move = planned_move(plan, point, cmd, at.l_mm, at.from_mm);
   if (move.pre_position) checker.limits(point.seq, Place::approach, move.pre_mm);
   std::optional<Pose> pose = at.pose;
@@ -206,12 +198,37 @@ std::string describe(const Violation& v) {
   return text + numbers.data();
 }
 
-std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
-                             const CheckOptions& options, std::span<const Displacements> commands) {
+void require_plan_of(const Machine& machine, const Plan& plan) {
+  const Eigen::Vector3d home = machine.home.vector();
+  for (const PlannedPoint& point : plan.points) {
+    const Eigen::Vector3d target = point.target.vector();
+    for (int c = machine.kind->n_chains; c < 3; ++c) {
+      const auto coordinate = static_cast<std::size_t>(c);
+      const bool goes = target[c] != home[c], arrives = point.approach[coordinate] != 0;
+      if (!goes && !arrives) continue;
+      const std::string kind(machine.kind->name);
+      throw InputError(
+          {.what = "this plan is of another machine",
+           .where = {.field = goes ? std::string(kCoordinateNames[coordinate]) : "approach",
+                     .point = std::to_string(point.seq)},
+           .got = goes ? std::to_string(c == 2 ? deg_from_rad(target[c]) : target[c])
+                       : "a direction of drive " + std::to_string(c + 1),
+           .expected = goes ? std::string(kCoordinateNames[coordinate]) + " at home: an " + kind +
+                                  " machine does not move along it"
+                            : "0: an " + kind + " machine has " +
+                                  std::to_string(machine.kind->n_chains) +
+                                  (machine.kind->n_chains == 1 ? " drive" : " drives"),
+           .hint = "make one for it: trammel plan create lattice --mechanism FILE"});
+    }
+  }
+}
+
+std::vector<Violation> check(const Plan& plan, const Machine& machine, const CheckOptions& options,
+                             std::span<const Displacements> commands) {
   TRAMMEL_ASSERT(commands.empty() || commands.size() == plan.points.size());
   require_margins(options);
-  Checker checker(mechanism, options);
-  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  Checker checker(machine, options);
+  const InverseResult home = checker.solver().drives(machine.home);
   if (!home.ok()) {
     checker.add(0, Place::target, What::unreachable, home.chain + 1);
     return checker.take();
@@ -219,30 +236,30 @@ std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
   if (options.speed_mm_s > options.max_speed_mm_s) {
     checker.add(0, Place::target, What::too_fast, 0, options.speed_mm_s, options.max_speed_mm_s);
   }
-  Standing at{home.l_mm, home.l_mm, mechanism.home};
+  require_plan_of(machine, plan);
+  Standing at{home.l_mm, home.l_mm, machine.home};
   for (std::size_t k = 0; k < plan.points.size(); ++k) {
     const PlannedPoint& point = plan.points[k];
     if (point.seq != static_cast<int>(k) + 1) {
       checker.add(point.seq, Place::target, What::disordered, 0, point.seq,
                   static_cast<double>(k) + 1);
     }
-    check_point(checker, mechanism, plan, point, commands.empty() ? nullptr : &commands[k], at);
+    check_point(checker, plan, point, commands.empty() ? nullptr : &commands[k], at);
   }
   return checker.take();
 }
 
-std::vector<Violation> check_path(const Mechanism& mechanism,
-                                  std::span<const Displacements> waypoints,
+std::vector<Violation> check_path(const Machine& machine, std::span<const Displacements> waypoints,
                                   const CheckOptions& options) {
   require_margins(options);
-  Checker checker(mechanism, options);
-  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+  Checker checker(machine, options);
+  const InverseResult home = checker.solver().drives(machine.home);
   if (!home.ok()) {
     checker.add(0, Place::target, What::unreachable, home.chain + 1);
     return checker.take();
   }
   Displacements at = home.l_mm;
-  std::optional<Pose> pose = mechanism.home;
+  std::optional<Pose> pose = machine.home;
   int seq = 0;
   for (const Displacements& to : waypoints) {
     ++seq;
@@ -258,14 +275,14 @@ std::vector<Violation> check_path(const Mechanism& mechanism,
   return checker.take();
 }
 
-std::vector<Violation> check_move(const Mechanism& mechanism, const Displacements& from_mm,
+std::vector<Violation> check_move(const Machine& machine, const Displacements& from_mm,
                                   const Pose& near, const Displacements& to_mm,
                                   const CheckOptions& options) {
   require_margins(options);
-  Checker checker(mechanism, options);
-  const ForwardResult start = from_mm.allFinite() && to_mm.allFinite()
-                                  ? forward(mechanism.geometry, from_mm, near)
-                                  : ForwardResult{};
+  Checker checker(machine, options);
+  const MachinePose start = from_mm.allFinite() && to_mm.allFinite()
+                                ? checker.solver().pose(from_mm, near)
+                                : MachinePose{};
   if (!start.ok()) {
     checker.add(0, Place::target, What::not_finite);
     return checker.take();

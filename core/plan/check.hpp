@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mechanism/geometry.hpp"
+#include "core/mechanism/machine.hpp"
 #include "core/plan/plan.hpp"
 
 namespace trammel {
@@ -50,23 +50,39 @@ std::string describe(const Violation& violation);
 /// All violations in order of seq, none when the plan is safe. `commands`, one per point, are the
 /// displacements that will be commanded; without them the nominal ones. The stage starts at home
 /// and moves its rails in proportion (straight in joint space), first to the start of the approach.
-/// Throws InputError for margins that check nothing: not finite, negative.
+/// Throws InputError for margins that check nothing: not finite, negative; and for a plan of
+/// another machine, as require_plan_of.
 /// Proof: one plan per kind of violation, and all kinds in one plan (check_test.cpp).
-std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
+std::vector<Violation> check(const Plan& plan, const Machine& machine,
                              const CheckOptions& options = {},
                              std::span<const Displacements> commands = {});
 
 /// The same for bare displacements, one after the other from home: limits, reach and singularity at
 /// each and on the way. seq is the number of the waypoint, from 1.
-std::vector<Violation> check_path(const Mechanism& mechanism,
-                                  std::span<const Displacements> waypoints,
+std::vector<Violation> check_path(const Machine& machine, std::span<const Displacements> waypoints,
                                   const CheckOptions& options = {});
 
 /// One move, when it is sent: from where the rails stand to `to_mm`. `near` is a pose close to
 /// where the platform stands. seq is 0. Proof: check_test.cpp, and 1,000 unsafe plans in
 /// safety_test.cpp.
-std::vector<Violation> check_move(const Mechanism& mechanism, const Displacements& from_mm,
+std::vector<Violation> check_move(const Machine& machine, const Displacements& from_mm,
                                   const Pose& near, const Displacements& to_mm,
                                   const CheckOptions& options = {});
+
+/// Throws InputError that names the first point which asks of the machine what it has not: a
+/// coordinate away from home, a direction of a drive. Proof: check_test.cpp.
+void require_plan_of(const Machine& machine, const Plan& plan);
+
+/// Of the paper's robot as parts of the program still hold it.
+inline std::vector<Violation> check(const Plan& plan, const Mechanism& mechanism,
+                                    const CheckOptions& options = {},
+                                    std::span<const Displacements> commands = {}) {
+  return check(plan, machine_of(mechanism), options, commands);
+}
+inline std::vector<Violation> check_path(const Mechanism& mechanism,
+                                         std::span<const Displacements> waypoints,
+                                         const CheckOptions& options = {}) {
+  return check_path(machine_of(mechanism), waypoints, options);
+}
 
 }  // namespace trammel

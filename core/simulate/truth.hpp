@@ -2,16 +2,18 @@
 // What is hidden in the virtual robot. Everything is 0 (nothing wrong) unless stated otherwise.
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "core/mechanism/geometry.hpp"
+#include "core/mechanism/machine.hpp"
 #include "core/mechanism/pose.hpp"
 
 namespace trammel::simulate {
 
-/// Errors of the drives, per rail: what is added to the commanded displacement l [mm].
-/// s = l - l(home), dir = sign(l - from), dT = T - 20 K, t [s] since the campaign's start.
+/// Errors of the drives and guides, one number a drive; those that the machine has not are 0. Of
+/// the drives: what is added to the commanded displacement l [mm]. s = l - l(home), dir = sign(l -
+/// from), dT = T - 20 K, t [s] since the campaign's start.
 struct DriveTruth {
   Eigen::Vector3d lead_scale = Eigen::Vector3d::Zero();             // k s, 1
   Eigen::Vector3d lead_curvature_per_mm = Eigen::Vector3d::Zero();  // q s^2
@@ -20,9 +22,14 @@ struct DriveTruth {
   Eigen::Vector3d backlash_mm = Eigen::Vector3d::Zero();            // -(w / 2) dir
   Eigen::Vector3d thermal_growth_per_k = Eigen::Vector3d::Zero();   // c l dT
   Eigen::Matrix3d axis_crosstalk = Eigen::Matrix3d::Zero();         // sum of m_ij s_j, diagonal 0
-  Eigen::Vector3d guide_bow_per_mm = Eigen::Vector3d::Zero();       // B leaves its line by c s^2
-  Eigen::Vector2d load_mm = Eigen::Vector2d::Zero();                // G^T (fx, fy, m), G = dX/dl
-  double load_mm2 = 0;                                              // m of the same
+  // A guide leaves its line by c s^2: of a PRR its rail, s its drive's; of a PPR its passive guide,
+  // s from home along it (x along the guide of a drive in y: y errs with the square of x).
+  Eigen::Vector3d guide_bow_per_mm = Eigen::Vector3d::Zero();
+  // The carriage of a PPR's drive turns by k s, and its passive guide with it. A platform that is a
+  // point turns too, by the sum: where phi is measured it shows.
+  Eigen::Vector3d guide_yaw_rad_per_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector2d load_mm = Eigen::Vector2d::Zero();  // G^T (fx, fy, m), G = dX/dl
+  double load_mm2 = 0;                                // m of the same
   // Outside the catalogue: what a diagnosis must not mistake for something it knows.
   Eigen::Vector3d lead_cubic_per_mm2 = Eigen::Vector3d::Zero();  // p s^3
   Eigen::Vector3d stick_slip = Eigen::Vector3d::Zero();          // -g (l - from): lost motion
@@ -86,8 +93,8 @@ struct MotionTruth {
 };
 
 struct Truth {
-  Mechanism nominal;    // what the controller believes
-  Geometry actual;      // what was built, joint zeros included
+  Machine nominal;                            // what the controller believes
+  std::array<ChainValues, kChains> actual{};  // what was built, joint zeros included
   bool zeroed = false;  // joint zeros set so that the commanded home is home in position (Sec. 3.3)
   double phi_zero_rad = 0;  // zeroed: the attitude that is left there
   DriveTruth drive;

@@ -42,14 +42,32 @@ void share(double value, const std::string& field, bool one_allowed) {
           one_allowed ? "0 to 1" : "0 to below 1");
 }
 
-void rail(int index, const std::string& field) {
-  require(index >= 0 && index < kChains, field, std::to_string(index + 1), "1, 2 or 3");
+void rail(const Machine& machine, int index, const std::string& field) {
+  const int n = machine.kind->n_chains;
+  require(index >= 0 && index < n, field, std::to_string(index + 1),
+          n == 1 ? "1" : "1 to " + std::to_string(n));
 }
 
-void check_drive(const DriveTruth& d) {
-  const auto vector = [](const auto& v, const char* field) {
+/// What a kind of machine has not cannot err.
+void check_kind(const DriveTruth& d, const MachineKind& kind) {
+  const bool is_ppr = kind.chain == &kPprChain;
+  const std::string chain(kind.chain->name);
+  require(is_ppr || d.guide_yaw_rad_per_mm.isZero(0), "drive.guide_yaw_deg_per_mm", "not 0",
+          "0: a " + chain + " chain has no passive guide");
+  require(kind.chain != &kRprChain || d.guide_bow_per_mm.isZero(0), "drive.guide_bow_per_mm",
+          "not 0", "0: a " + chain + " chain has no guide");
+  require(!kind.has_point_platform() || d.load_mm2 == 0, "drive.platform_load.m_mm2",
+          std::to_string(d.load_mm2), "0: no drive holds the platform's angle");
+}
+
+void check_drive(const DriveTruth& d, const Machine& machine) {
+  const int n = machine.kind->n_chains;
+  const auto vector = [n](const auto& v, const char* field) {
     require(v.allFinite(), field, "a number that is not finite", "finite numbers");
+    require(n == kChains || v.size() < kChains || v.bottomRows(kChains - n).isZero(0), field,
+            "an error of a drive that is not there", std::to_string(n) + " drives");
   };
+  check_kind(d, *machine.kind);
   vector(d.lead_scale, "drive.lead_scale");
   vector(d.lead_curvature_per_mm, "drive.lead_curvature_per_mm");
   vector(d.screw_sin_mm, "drive.screw_sin_mm");
@@ -58,6 +76,7 @@ void check_drive(const DriveTruth& d) {
   vector(d.thermal_growth_per_k, "drive.thermal_growth_per_k");
   vector(d.axis_crosstalk, "drive.axis_crosstalk");
   vector(d.guide_bow_per_mm, "drive.guide_bow_per_mm");
+  vector(d.guide_yaw_rad_per_mm, "drive.guide_yaw_deg_per_mm");
   vector(d.load_mm, "drive.load_mm");
   finite(d.load_mm2, "drive.load_mm2");
   vector(d.lead_cubic_per_mm2, "drive.lead_cubic_per_mm2");
@@ -82,20 +101,20 @@ void check_tracker(const TrackerTruth& t) {
 
 void check(const Truth& truth) {
   validate(truth.nominal);
-  Mechanism built = truth.nominal;
-  built.geometry = truth.actual;
+  Machine built = truth.nominal;
+  built.chains = truth.actual;
   validate(built);
   finite(truth.phi_zero_rad, "phi_zero_deg");
-  check_drive(truth.drive);
+  check_drive(truth.drive, truth.nominal);
   check_tracker(truth.tracker);
   for (const BumpTruth& bump : truth.bumps) {
-    rail(bump.rail, "bumps.rail");
+    rail(truth.nominal, bump.rail, "bumps.rail");
     finite(bump.centre_mm, "bumps.centre_mm");
     positive(bump.width_mm, "bumps.width_mm");
     finite(bump.height_mm, "bumps.height_mm");
   }
   for (const HarmonicTruth& wave : truth.harmonics) {
-    rail(wave.rail, "harmonics.rail");
+    rail(truth.nominal, wave.rail, "harmonics.rail");
     positive(wave.period_mm, "harmonics.period_mm");
     finite(wave.sin_mm, "harmonics.sin_mm");
     finite(wave.cos_mm, "harmonics.cos_mm");

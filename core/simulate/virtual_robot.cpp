@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/mechanism/velocity.hpp"
 #include "core/simulate/truth_check.hpp"
 #include "core/units.hpp"
 
@@ -16,21 +16,27 @@ namespace {
 
 double direction(double travel) { return travel > 0 ? 1.0 : travel < 0 ? -1.0 : 0.0; }
 
-/// dl = G^T w: drives of equal stiffness give way under a constant wrench, by virtual work.
-Displacements load_errors(const DriveTruth& drive, const Geometry& geometry,
-                          const ForwardResult& at) {
-  const Eigen::Vector3d wrench(drive.load_mm[0], drive.load_mm[1], drive.load_mm2);
-  const Eigen::Matrix3d G = velocity_jacobian(velocity_equation(rail_frames(geometry), at.at));
-  return G.transpose() * wrench;
-}
-
-Displacements displacements_at_home(const Mechanism& nominal) {
-  const InverseResult home = inverse(nominal.geometry, nominal.home);
+Displacements displacements_at_home(const Machine& nominal) {
+  const InverseResult home = MachineSolver(nominal).drives(nominal.home);
   if (!home.ok()) {
     throw InputError({.what = "the home pose of the virtual robot is out of reach",
                       .where = {.field = "mechanism.home"}});
   }
   return home.l_mm;
+}
+
+std::size_t place_of(const ChainKind& kind, std::string_view symbol) {
+  const auto at = std::ranges::find(kind.parameters, symbol, &ChainParameter::symbol);
+  return static_cast<std::size_t>(at - kind.parameters.begin());
+}
+
+/// The pose in the coordinates that the machine measures; 0 in the others.
+Pose as_measured(const Machine& machine, const Pose& pose) {
+  Eigen::Vector3d values = pose.vector();
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!machine.measured[c]) values[static_cast<Eigen::Index>(c)] = 0;
+  }
+  return Pose::from(values);
 }
 
 Pose turned(const Pose& frame, const Pose& pose) {
@@ -59,15 +65,18 @@ void VirtualRobot::set_joint_zeros() {
   // what depends on the pose.
   constexpr int kLooks = 6;
   for (int look = 0; look < kLooks; ++look) {
-    const ForwardResult stands = solve(at_home);
-    const InverseResult wanted = inverse(truth_.actual, home);
+    const MachinePose stands = solve(at_home);
+    Machine built = truth_.nominal;
+    built.chains = truth_.actual;
+    const MachineSolver solver(built);
+    const InverseResult wanted = solver.drives(home);
     if (!stands.ok() || !wanted.ok()) {
       throw InputError({.what = "the robot as built cannot reach its home",
                         .where = {.field = "geometry_errors"}});
     }
-    const Displacements off = wanted.l_mm - inverse(truth_.actual, stands.pose).l_mm;
-    for (int i = 0; i < kChains; ++i) {
-      truth_.actual.chains[static_cast<std::size_t>(i)].l_zero_mm += off[i];
+    const Displacements off = wanted.l_mm - solver.drives(stands.pose).l_mm;
+    for (int i = 0; i < built.kind->n_chains; ++i) {
+      truth_.actual[static_cast<std::size_t>(i)][place_of(*built.kind->chain, "l")] += off[i];
     }
   }
 }
@@ -101,7 +110,9 @@ Displacements VirtualRobot::joint_errors(const Conditions& conditions) const {
   const Eigen::Array3d l = conditions.cmd_mm.array();
   const Eigen::Array3d s = l - l_home_mm_.array();
   const Eigen::Array3d travel = l - conditions.from_mm.array();
-  const Eigen::Array3d turn = 2 * kPi * l / truth_.nominal.screw_lead_mm;
+  const auto& drives = truth_.nominal.drives;
+  const Eigen::Array3d leads(drives[0].lead_mm, drives[1].lead_mm, drives[2].lead_mm);
+  const Eigen::Array3d turn = 2 * kPi * l / leads;
   const double warmer = structure_temperature_degc(conditions) - kReferenceTemperatureDegc;
   const double fading = std::exp(-conditions.time_s.value_or(0) / d.transient_tau_s);
 
@@ -122,29 +133,66 @@ Displacements VirtualRobot::joint_errors(const Conditions& conditions) const {
   return dl.matrix();
 }
 
-ForwardResult VirtualRobot::solve(const Conditions& conditions) const {
-  Geometry geometry = truth_.actual;
-  const Displacements s = conditions.cmd_mm - l_home_mm_;
-  for (int i = 0; i < kChains; ++i) {
-    geometry.chains[static_cast<std::size_t>(i)].h_mm +=
-        truth_.drive.guide_bow_per_mm[i] * s[i] * s[i];
+/// The machine as its guides are with the drives at `s_mm` from home and the platform at `at`.
+Machine VirtualRobot::bent(const Displacements& s_mm, const Pose& at) const {
+  Machine machine = truth_.nominal;
+  machine.chains = truth_.actual;
+  const ChainKind& kind = *machine.kind->chain;
+  const Pose& home = truth_.nominal.home;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(machine.kind->n_chains); ++i) {
+    ChainValues& p = machine.chains[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    const double bow = truth_.drive.guide_bow_per_mm[row];
+    if (&kind == &kPrrChain) p[place_of(kind, "h")] += bow * s_mm[row] * s_mm[row];
+    if (&kind != &kPprChain) continue;
+    double& gamma = p[place_of(kind, "gamma")];
+    const double arm = gamma - p[place_of(kind, "beta")];  // of the joint C, from the guide
+    const double along =
+        std::cos(gamma) * (at.x_mm - home.x_mm) + std::sin(gamma) * (at.y_mm - home.y_mm) +
+        p[place_of(kind, "r")] * (std::cos(at.phi_rad - arm) - std::cos(home.phi_rad - arm));
+    p[place_of(kind, "c")] += bow * along * along;
+    // About where the drive stands, from which c is counted: gamma alone changes.
+    gamma += truth_.drive.guide_yaw_rad_per_mm[row] * s_mm[row];
   }
-  const Displacements moved =
-      conditions.cmd_mm + joint_errors(conditions) + epoch(conditions.epoch).l_zero_mm;
-  const ForwardResult unloaded = forward(geometry, moved, truth_.nominal.home);
-  if (!unloaded.ok()) return unloaded;
-  const Displacements load = load_errors(truth_.drive, geometry, unloaded);
-  if (load.isZero(0)) return unloaded;
-  return forward(geometry, moved + load, unloaded.pose);
+  return machine;
 }
 
-ForwardResult VirtualRobot::true_pose(const Conditions& conditions) const {
+MachinePose VirtualRobot::solve(const Conditions& conditions) const {
+  const Displacements s = conditions.cmd_mm - l_home_mm_;
+  const Displacements moved =
+      conditions.cmd_mm + joint_errors(conditions) + epoch(conditions.epoch).l_zero_mm;
+  const bool guides_follow_the_pose = truth_.nominal.kind->chain == &kPprChain;
+  // The platform slides to where its guides are bent as they are there: each look is 1e-3 of the
+  // one before for a guide that is out by as much as a milliradian.
+  constexpr int kMostLooks = 20;
+  constexpr double kStillMm = 1e-13;
+  MachineSolver solver(bent(s, truth_.nominal.home));
+  MachinePose stands = solver.pose(moved, truth_.nominal.home);
+  for (int look = 0; guides_follow_the_pose && stands.ok() && look < kMostLooks; ++look) {
+    const Pose before = stands.pose;
+    solver = MachineSolver(bent(s, before));
+    stands = solver.pose(moved, before);
+    if ((stands.pose.vector() - before.vector()).cwiseAbs().maxCoeff() <= kStillMm) break;
+  }
+  const DriveTruth& d = truth_.drive;
+  const Eigen::Vector3d wrench(d.load_mm[0], d.load_mm[1], d.load_mm2);
+  if (!stands.ok() || wrench.isZero(0)) return stands;
+  // dl = G^T w: drives of equal stiffness give way under a constant wrench, by virtual work.
+  const Displacements load = solver.look(stands.pose).J_V.transpose() * wrench;
+  return solver.pose(moved + load, stands.pose);
+}
+
+MachinePose VirtualRobot::true_pose(const Conditions& conditions) const {
   return solve(conditions);
 }
 
-ForwardResult VirtualRobot::seen_pose(const Conditions& conditions) const {
-  ForwardResult result = true_pose(conditions);
-  if (result.ok()) result.pose = seen(result.pose, conditions);
+MachinePose VirtualRobot::seen_pose(const Conditions& conditions) const {
+  MachinePose result = true_pose(conditions);
+  if (!result.ok()) return result;
+  if (truth_.nominal.kind->has_point_platform()) {
+    result.pose.phi_rad += truth_.drive.guide_yaw_rad_per_mm.dot(conditions.cmd_mm - l_home_mm_);
+  }
+  result.pose = as_measured(truth_.nominal, seen(result.pose, conditions));
   return result;
 }
 
@@ -165,11 +213,11 @@ Pose VirtualRobot::seen(Pose pose, const Conditions& conditions) const {
           phi + t.drift_per_h.phi_rad * hours};
 }
 
-ForwardResult VirtualRobot::read(const Conditions& conditions, std::uint64_t reading) const {
-  ForwardResult seen = seen_pose(conditions);
+MachinePose VirtualRobot::read(const Conditions& conditions, std::uint64_t reading) const {
+  MachinePose seen = seen_pose(conditions);
   if (!seen.ok()) return seen;
   const Pose noise = reading_noise(truth_.tracker, truth_.seed, reading);
-  seen.pose = Pose::from(seen.pose.vector() + noise.vector());
+  seen.pose = as_measured(truth_.nominal, Pose::from(seen.pose.vector() + noise.vector()));
   return seen;
 }
 

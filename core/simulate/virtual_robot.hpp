@@ -1,11 +1,11 @@
 #pragma once
-// The stage and tracker that never were. Written apart from whatever is fitted to it: it knows the
-// mechanism's exact loop closures and nothing else of this program.
+// The stage and tracker that never were, of any kind of machine. Written apart from whatever is
+// fitted to it: it knows the machine's exact loop closures and nothing else of this program.
 
 #include <cstdint>
 
 #include "core/measure/reading.hpp"
-#include "core/mechanism/forward.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/simulate/truth.hpp"
 
 namespace trammel::simulate {
@@ -21,17 +21,21 @@ class VirtualRobot {
 
   /// Where the platform is, in the base frame. Deterministic: a function of the conditions alone.
   /// temp_degc absent: as temperature_degc(time_s); time_s absent: 0.
-  [[nodiscard]] ForwardResult true_pose(const Conditions& conditions) const;
+  [[nodiscard]] MachinePose true_pose(const Conditions& conditions) const;
 
-  /// What a tracker without noise reads there: frame of the epoch, drift, scale, shifts.
-  [[nodiscard]] ForwardResult seen_pose(const Conditions& conditions) const;
+  /// Drives at the commanded home.
+  [[nodiscard]] const Displacements& home_mm() const { return l_home_mm_; }
+
+  /// What a tracker without noise reads there: frame of the epoch, drift, scale, shifts. As
+  /// Reading::measured: coordinates that are not measured are 0.
+  [[nodiscard]] MachinePose seen_pose(const Conditions& conditions) const;
 
   /// The same for whatever stands at `pose` in the base frame then, as a reflector on the base.
   [[nodiscard]] Pose seen(Pose pose, const Conditions& conditions) const;
 
   /// One reading, with the noise of the stream `reading` (its number in the campaign): the same
   /// number gives the same bits, whatever was read before.
-  [[nodiscard]] ForwardResult read(const Conditions& conditions, std::uint64_t reading) const;
+  [[nodiscard]] MachinePose read(const Conditions& conditions, std::uint64_t reading) const;
 
   /// T(t) of the machine as its thermometer shows it.
   [[nodiscard]] double temperature_degc(double time_s) const;
@@ -42,7 +46,8 @@ class VirtualRobot {
  private:
   void set_joint_zeros();
   [[nodiscard]] Displacements joint_errors(const Conditions& conditions) const;
-  [[nodiscard]] ForwardResult solve(const Conditions& conditions) const;
+  [[nodiscard]] Machine bent(const Displacements& s_mm, const Pose& at) const;
+  [[nodiscard]] MachinePose solve(const Conditions& conditions) const;
   [[nodiscard]] const EpochTruth& epoch(int number) const;
   [[nodiscard]] double structure_temperature_degc(const Conditions& conditions) const;
 

@@ -225,11 +225,11 @@ KillCount sweep_socket_kills(const std::filesystem::path& folder, int points, in
   for (const auto& [seq, readings] : now.by_point) {
     count.repeated += readings.size() == 1 ? 0 : 1;
     const Reading& reading = readings.front();
-    const ForwardResult truly = robot.seen_pose({.cmd_mm = reading.conditions.cmd_mm,
-                                                 .from_mm = reading.conditions.from_mm,
-                                                 .epoch = 1,
-                                                 .time_s = 0,
-                                                 .temp_degc = {}});
+    const MachinePose truly = robot.seen_pose({.cmd_mm = reading.conditions.cmd_mm,
+                                               .from_mm = reading.conditions.from_mm,
+                                               .epoch = 1,
+                                               .time_s = 0,
+                                               .temp_degc = {}});
     const Eigen::Vector3d off = reading.measured->vector() - truly.pose.vector();
     if (off.head<2>().norm() < tests::kSeenMm && std::abs(off[2]) < tests::kSeenRad) continue;
     ++count.different;

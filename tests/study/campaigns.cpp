@@ -251,10 +251,11 @@ std::vector<Reading> plan_readings(const Design& design, const Mechanism& mechan
 Truth make_truth(const Design& design, std::uint64_t seed) {
   Random random = Random::stream(seed, "truth");
   Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.nominal.screw_lead_mm =
-      design.lead_mm * (1 + design.lead_error);  // what the screw does; see make_case
-  truth.actual = random_geometry(random, 1);
+  Mechanism built = paper_mechanism();
+  built.screw_lead_mm = design.lead_mm * (1 + design.lead_error);  // what it does; see make_case
+  truth.nominal = machine_of(built);
+  built.geometry = random_geometry(random, 1);
+  truth.actual = machine_of(built).chains;
   for (int e = 0; e < design.epochs; ++e) {
     simulate::EpochTruth epoch;
     for (int i = 0; e > 0 && i < 3; ++i) epoch.l_zero_mm[i] = 0.05 * random.normal();
@@ -317,8 +318,7 @@ void measure(std::vector<Reading>& readings, const Truth& truth, const Beyond& b
   const double rho = std::min(0.0, design.correlation);
   Vector3d noise = Vector3d::Zero();
   Random random = Random::stream(truth.seed, "other noise");
-  const auto off =
-      along_path(readings, beyond, inverse(truth.nominal.geometry, truth.nominal.home).l_mm);
+  const auto off = along_path(readings, beyond, robot.home_mm());
   const double c = std::cos(beyond.azimuth_rad), s = std::sin(beyond.azimuth_rad);
   for (std::size_t i = 0; i < readings.size(); ++i) {
     Reading& r = readings[i];
@@ -327,8 +327,7 @@ void measure(std::vector<Reading>& readings, const Truth& truth, const Beyond& b
     done.cmd_mm += off[i];
     done.from_mm += off[i];
     const auto number = static_cast<std::uint64_t>(r.seq);
-    const ForwardResult seen =
-        still || own_noise ? robot.seen_pose(done) : robot.read(done, number);
+    const MachinePose seen = still || own_noise ? robot.seen_pose(done) : robot.read(done, number);
     if (!seen.ok()) throw std::runtime_error("the virtual robot can't reach a planned point");
     r.measured = seen.pose;
     const double along = beyond.tilt * (c * seen.pose.x_mm + s * seen.pose.y_mm);

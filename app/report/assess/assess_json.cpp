@@ -34,6 +34,23 @@ Json symbols_json(const std::vector<IsoSymbol>& symbols) {
   return all;
 }
 
+Json reversals_json(const Iso230& rail) {
+  Json all = Json::array();
+  for (const Reversal& r : rail.reversals) {
+    Json at = {{"position_mm", r.position_mm}, {"n_up", r.n_up}, {"n_down", r.n_down}};
+    if (r.s_up_mm) at["s_up_mm"] = *r.s_up_mm;
+    if (r.s_down_mm) at["s_down_mm"] = *r.s_down_mm;
+    if (r.fit) {
+      at["B_mm"] = r.fit->B_mm;
+      at["B_error_mm"] = r.fit->B_error_mm;
+      at["drift_mm"] = r.fit->drift_mm;
+      at["drift_error_mm"] = r.fit->drift_error_mm;
+    }
+    all.push_back(at);
+  }
+  return all;
+}
+
 Json session_json(const Session& s) {
   Json rails = Json::array();
   for (const Iso230& rail : s.rails) {
@@ -41,7 +58,8 @@ Json session_json(const Session& s) {
                      {"targets", rail.n_targets},
                      {"runs", rail.least_runs},
                      {"travel_mm", rail.travel_mm},
-                     {"symbols", symbols_json(rail.symbols)}});
+                     {"symbols", symbols_json(rail.symbols)},
+                     {"reversals", reversals_json(rail)}});
   }
   return {{"session", s.name},
           {"plan", s.plan},

@@ -47,6 +47,22 @@ std::string visits(int least, int most) {
   return least == most ? fmt::format("n = {}", most) : fmt::format("n = {} to {}", least, most);
 }
 
+/// Target by target where the standard's figures are refused: they need none of its conditions.
+std::string reversals_text(const Iso230& rail) {
+  const bool all =
+      std::ranges::all_of(rail.symbols, [](const IsoSymbol& s) { return s.value.has_value(); });
+  std::string text;
+  for (const Reversal& r : rail.reversals) {
+    if (all || !r.fit) continue;
+    text += fmt::format(
+        "    at {:.3f} mm: B_i {:+.2f} +- {:.2f} um, drift {:+.2f} +- {:.2f} um a run, s_i {:.2f} "
+        "up {:.2f} down ({} and {} runs)\n",
+        r.position_mm, 1e3 * r.fit->B_mm, 1e3 * r.fit->B_error_mm, 1e3 * r.fit->drift_mm,
+        1e3 * r.fit->drift_error_mm, 1e3 * *r.s_up_mm, 1e3 * *r.s_down_mm, r.n_up, r.n_down);
+  }
+  return text;
+}
+
 std::string session_text(const Session& s) {
   std::string text =
       fmt::format("\nsession {}: {} readings, {}\n", terminal::printable(s.name), s.position_mm.n,
@@ -69,6 +85,7 @@ std::string session_text(const Session& s) {
                 : fmt::format("  ISO 230-2, rail {}: {} targets over {:.1f} mm, {} runs:\n",
                               rail.rail, rail.n_targets, rail.travel_mm, rail.least_runs);
     text += symbols_text(rail.symbols);
+    text += reversals_text(rail);
   }
   return text;
 }

@@ -48,7 +48,7 @@ Noise noise_of(const Campaign& campaign) {
   }
 }
 
-Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noise& noise) {
+Session assessed(const report::Walk& walk, const Machine& machine, const Noise& noise) {
   std::vector<Reading> readings;
   std::vector<double> position, attitude;
   for (const Visit& visit : walk.visits) {
@@ -64,7 +64,7 @@ Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noi
                   .position_mm = summarise(position),
                   .attitude_rad = summarise(attitude),
                   .poses = iso9283(readings, noise.sigma()),
-                  .rails = iso230(mechanism, readings, noise.sigma()),
+                  .rails = iso230(machine, readings, noise.sigma()),
                   .verdict = {}};
   session.verdict = noise.verdict(session.position_mm);
   return session;
@@ -332,7 +332,7 @@ Assessment gather(store::Connection& connection, const store::CampaignRow& campa
     known += (known.empty() ? "" : ", ") + walk.session.name;
     if (!session.empty() && walk.session.name != session) continue;
     if (walk.visits.empty()) continue;
-    out.sessions.push_back(assessed(walk, mechanism_of(measured.campaign.machine), noise));
+    out.sessions.push_back(assessed(walk, measured.campaign.machine, noise));
   }
   if (out.sessions.empty() && !session.empty()) {
     throw NotFoundError({.what = "the campaign has no such session with measured readings",

@@ -100,10 +100,12 @@ Json targets_json(const Source& source) {
   return sets;
 }
 
-}  // namespace
-
-Json plan_section(const Source& source) {
-  const Mechanism& mechanism = mechanism_of(source.measured.campaign.machine);
+/// The mechanism to scale; of a 3-PRR so far.
+Json mechanism_item(const Source& source) {
+  if (source.measured.campaign.machine.kind->chain != &kPrrChain) {
+    return absent("mechanism", "The machine", source.report.mechanism);
+  }
+  const Mechanism mechanism = mechanism_of(source.measured.campaign.machine);
   std::string where;
   Pose pose = chosen_pose(source, where);
   InverseResult at = inverse(mechanism.geometry, pose);
@@ -112,25 +114,30 @@ Json plan_section(const Source& source) {
     where = "where the stage was zeroed";
     at = inverse(mechanism.geometry, pose);
   }
-  Json items = Json::array();
-  if (at.ok()) {
-    items.push_back(figure(
-        {"mechanism", "The mechanism to scale",
-         fmt::format("{}. Drawn with nominal parameters at ({:g}, {:g}) mm, {:g} deg, {}: l = "
-                     "({:.3f}, {:.3f}, {:.3f}) mm. Shaded: where the platform centre can be at "
-                     "phi = 0 (cells of {:g} mm), darker where farther from singular.",
-                     source.report.mechanism, drawn(pose.x_mm), drawn(pose.y_mm),
-                     drawn(deg_from_rad(pose.phi_rad)), where, at.l_mm[0], at.l_mm[1], at.l_mm[2],
-                     kCell_mm)},
-        "mechanism",
-        {{"pose", Json::array({drawn(pose.x_mm), drawn(pose.y_mm)})},
-         {"chains", mechanism_json(mechanism, pose, at)},
-         {"reach", reach_json(mechanism)},
-         {"cell_mm", kCell_mm}}));
-  } else {
-    items.push_back(absent("mechanism", "The mechanism to scale",
-                           "Neither a target nor the home pose is in the nominal reach."));
+  if (!at.ok()) {
+    return absent("mechanism", "The mechanism to scale",
+                  "Neither a target nor the home pose is in the nominal reach.");
   }
+  return figure(
+      {"mechanism", "The mechanism to scale",
+       fmt::format("{}. Drawn with nominal parameters at ({:g}, {:g}) mm, {:g} deg, {}: l = "
+                   "({:.3f}, {:.3f}, {:.3f}) mm. Shaded: where the platform centre can be at "
+                   "phi = 0 (cells of {:g} mm), darker where farther from singular.",
+                   source.report.mechanism, drawn(pose.x_mm), drawn(pose.y_mm),
+                   drawn(deg_from_rad(pose.phi_rad)), where, at.l_mm[0], at.l_mm[1], at.l_mm[2],
+                   kCell_mm)},
+      "mechanism",
+      {{"pose", Json::array({drawn(pose.x_mm), drawn(pose.y_mm)})},
+       {"chains", mechanism_json(mechanism, pose, at)},
+       {"reach", reach_json(mechanism)},
+       {"cell_mm", kCell_mm}});
+}
+
+}  // namespace
+
+Json plan_section(const Source& source) {
+  Json items = Json::array();
+  items.push_back(mechanism_item(source));
   const Json targets = targets_json(source);
   items.push_back(targets.empty()
                       ? absent("plan", "Where was measured", "There are no baseline readings yet.")

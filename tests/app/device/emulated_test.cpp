@@ -24,7 +24,7 @@ struct Bench {
     GalilSettings s;
     s.controller = {"127.0.0.1", lab.stage_server.port()};
     s.reply_timeout_s = s.margin_s = s.settle_timeout_s = wait_s;
-    s.mechanism = lab.robot.robot().truth().nominal;
+    s.mechanism = mechanism_of(lab.robot.robot().truth().nominal);
     const InverseResult home = inverse(s.mechanism.geometry, s.mechanism.home);
     home_mm = home.l_mm;
     for (std::size_t i = 0; i < kChains; ++i) {
@@ -88,12 +88,12 @@ TEST_CASE("a homed stage goes where it is sent and the tracker sees it there",
   // Where the virtual robot says that it stands, within its tracker's noise.
   const emulate::Standing standing = bench.lab.robot.standing();
   const simulate::VirtualRobot& robot = bench.lab.robot.robot();
-  const ForwardResult truly = robot.read({.cmd_mm = standing.l_mm,
-                                          .from_mm = standing.from_mm,
-                                          .epoch = standing.epoch,
-                                          .time_s = standing.time_s,
-                                          .temp_degc = {}},
-                                         1);
+  const MachinePose truly = robot.read({.cmd_mm = standing.l_mm,
+                                        .from_mm = standing.from_mm,
+                                        .epoch = standing.epoch,
+                                        .time_s = standing.time_s,
+                                        .temp_degc = {}},
+                                       1);
   REQUIRE(truly.ok());
   constexpr double kSixSigmaMm = 6 * 0.02;  // of the base, the nests and robot.read's own noise
   CHECK(std::abs(seen.pose.x_mm - truly.pose.x_mm) < kSixSigmaMm);

@@ -12,8 +12,8 @@ namespace trammel::tests {
 /// The paper's robot with errors a tracker can see.
 inline simulate::Truth emulated_truth() {
   simulate::Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.actual = truth.nominal.geometry;
+  truth.nominal = machine_of(paper_mechanism());
+  truth.actual = truth.nominal.chains;
   truth.zeroed = true;
   truth.drive.lead_scale = {0.003, 0.002, 0.004};
   truth.drive.backlash_mm = {0.08, 0.07, 0.09};

@@ -29,7 +29,8 @@ struct Instrument {
       : robot(truth),
         tracker(
             robot, std::move(setup), [this] { return standing; }, faults, speedup) {
-    standing.l_mm = standing.from_mm = inverse(truth.nominal.geometry, Pose{20, -30, 0.05}).l_mm;
+    standing.l_mm = standing.from_mm =
+        inverse(paper_mechanism().geometry, Pose{20, -30, 0.05}).l_mm;
   }
 
   std::string ask(const std::string& line) {

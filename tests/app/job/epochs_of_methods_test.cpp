@@ -20,10 +20,11 @@ const std::vector<std::string> kMethods = {"lsq", "geometry", "idw", "rbf", "gp"
 /// reading `from`.
 Campaign campaign(int from, const Pose& frame) {
   simulate::Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.actual = truth.nominal.geometry;
-  truth.actual.chains[0].S_mm += 0.04;
-  truth.actual.chains[1].h_mm += 0.03;
+  Mechanism built = paper_mechanism();
+  truth.nominal = machine_of(built);
+  built.geometry.chains[0].S_mm += 0.04;
+  built.geometry.chains[1].h_mm += 0.03;
+  truth.actual = machine_of(built).chains;
   truth.drive.lead_scale = {0.0038, 0.0024, 0.0049};
   truth.tracker = {.sigma_xy_mm = 0.010, .sigma_phi_rad = rad_from_deg(0.004)};
   truth.epochs.resize(2);
@@ -33,16 +34,16 @@ Campaign campaign(int from, const Pose& frame) {
   Campaign c;
   c.name = "epochs";
   c.simulated = true;
-  c.machine = machine_of(truth.nominal);
+  c.machine = truth.nominal;
   c.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
-  Displacements at = inverse(truth.nominal.geometry, truth.nominal.home).l_mm;
+  Displacements at = robot.home_mm();
   const auto walk = [&](const std::vector<Pose>& targets, ReadingSet set) {
     for (const Pose& target : targets) {
       Reading r;
       r.seq = static_cast<int>(c.readings.size()) + 1;
       r.set = set;
       r.target = target;
-      r.conditions.cmd_mm = inverse(truth.nominal.geometry, target).l_mm;
+      r.conditions.cmd_mm = inverse(paper_mechanism().geometry, target).l_mm;
       r.conditions.from_mm = at;
       r.conditions.epoch = r.seq < from ? 1 : 2;
       r.measured = robot.read(r.conditions, static_cast<std::uint64_t>(r.seq)).pose;

@@ -39,11 +39,11 @@ struct Bench {
     Campaign campaign;
     campaign.name = "c";
     campaign.simulated = true;
-    campaign.machine = machine_of(devices.mechanism);
+    campaign.machine = devices.machine;
     store::add_campaign(db, campaign);
     course.campaign = store::require_campaign(db, "c");
     course.plan = small_plan();
-    course.planned_mm = planned_commands(course.plan, devices.mechanism, NominalCorrection{});
+    course.planned_mm = planned_commands(course.plan, devices.machine, NominalCorrection{});
     store::NewSession session;
     session.campaign_id = course.campaign.id;
     session.name = "s";

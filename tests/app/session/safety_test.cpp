@@ -145,7 +145,8 @@ TEST_CASE("1,200 unsafe plans are refused before anything moves, and good ones a
   around.open = opening(faults);
   Random random(20240973);
   constexpr int kEach = 200;
-  const Mechanism mechanism = device::open_devices("sim:" + kPaperRobot, "sim").mechanism;
+  const Mechanism mechanism =
+      mechanism_of(device::open_devices("sim:" + kPaperRobot, "sim").machine);
   for (const auto& [name, spoil] : mistakes()) {
     CAPTURE(name);
     int made = 0;
@@ -257,17 +258,17 @@ TEST_CASE("a real stage needs a check of this very plan, on this mechanism, no l
   CHECK_THROWS_AS(run(db, request, around), NotFoundError);
   Plan other = small_plan();
   other.points[3].target.x_mm += 1e-9;
-  write_plan_record(file, other, mechanism, {}, Existing::replace);
+  write_plan_record(file, other, machine_of(mechanism), {}, Existing::replace);
   refused("of another plan");
   Mechanism longer = mechanism;
   longer.geometry.chains[1].S_mm += 0.001;
-  write_plan_record(file, small_plan(), longer, {}, Existing::replace);
+  write_plan_record(file, small_plan(), machine_of(longer), {}, Existing::replace);
   refused("of another plan or mechanism");
   CheckOptions lax;
   lax.singularity_margin = 0.05;
-  write_plan_record(file, small_plan(), mechanism, lax, Existing::replace);
+  write_plan_record(file, small_plan(), machine_of(mechanism), lax, Existing::replace);
   refused("singularity_margin");
-  write_plan_record(file, small_plan(), mechanism, {}, Existing::replace);
+  write_plan_record(file, small_plan(), machine_of(mechanism), {}, Existing::replace);
   CHECK(schema_errors(nlohmann::json::parse(read_text(file)), "plan-record.schema.json") == "");
   CHECK(run(db, request, around).state == State::done);
   folder.write("check.json", "{\"schema\": \"trammel/plan/1\"}");

@@ -51,7 +51,9 @@ Eigen::VectorXd identified(const std::map<int, Reading>& readings) {
     all.push_back(reading);
     all.back().seq = seq;
   }
-  return identify_linear(devices.mechanism, all, *devices.sigma, {.shared_epochs = true}).values();
+  return identify_linear(mechanism_of(devices.machine), all, *devices.sigma,
+                         {.shared_epochs = true})
+      .values();
 }
 
 }  // namespace

@@ -301,11 +301,11 @@ inline void SocketCampaign::compare(int seq, const store::NewReading& stored,
   if (stood == seen_.end()) return wrong("stored, and nobody was told");
   const emulate::Standing& standing = stood->second;
   if (standing.moving) wrong("the robot moved");
-  const ForwardResult truly = lab.robot.robot().seen_pose({.cmd_mm = standing.l_mm,
-                                                           .from_mm = standing.from_mm,
-                                                           .epoch = standing.epoch,
-                                                           .time_s = standing.time_s,
-                                                           .temp_degc = {}});
+  const MachinePose truly = lab.robot.robot().seen_pose({.cmd_mm = standing.l_mm,
+                                                         .from_mm = standing.from_mm,
+                                                         .epoch = standing.epoch,
+                                                         .time_s = standing.time_s,
+                                                         .temp_degc = {}});
   const Reading& reading = stored.reading;
   const Eigen::Vector3d off = reading.measured->vector() - truly.pose.vector();
   const double off_mm = std::hypot(off[0], off[1]);

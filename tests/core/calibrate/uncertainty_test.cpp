@@ -29,9 +29,9 @@ const TrackerSigma kDemoSigma{0.010, rad_from_deg(0.055)};
 simulate::VirtualRobot demo_robot(std::uint64_t seed) {
   Random random = Random::stream(seed, "robot");
   simulate::Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.actual = truth.nominal.geometry;
-  for (Chain& c : truth.actual.chains) {
+  Mechanism built = paper_mechanism();
+  truth.nominal = machine_of(built);
+  for (Chain& c : built.geometry.chains) {
     c.alpha_rad += rad_from_deg(0.010 * random.normal());
     c.beta_rad += rad_from_deg(0.008 * random.normal());
     c.r_mm += 0.03 * random.normal();
@@ -39,6 +39,7 @@ simulate::VirtualRobot demo_robot(std::uint64_t seed) {
     c.R_mm += 0.05 * random.normal();
     c.h_mm += 0.03 * random.normal();
   }
+  truth.actual = machine_of(built).chains;
   truth.zeroed = true;
   truth.phi_zero_rad = rad_from_deg(0.08 * random.normal());
   for (int i = 0; i < kChains; ++i) {
@@ -61,11 +62,10 @@ struct Walker {
   double time_s = 0;
   int seq = 0;
 
-  explicit Walker(const simulate::VirtualRobot& of)
-      : robot(&of), at_mm(inverse(of.truth().nominal.geometry, of.truth().nominal.home).l_mm) {}
+  explicit Walker(const simulate::VirtualRobot& of) : robot(&of), at_mm(of.home_mm()) {}
 
   Reading read(const Correction& correction, const Pose& target, ReadingSet set) {
-    const Mechanism& nominal = robot->truth().nominal;
+    const Mechanism nominal = mechanism_of(robot->truth().nominal);
     time_s += 20;
     Reading r{.seq = ++seq, .set = set, .target = target, .conditions = {}, .measured = {}};
     r.conditions = {.cmd_mm = at_mm,
@@ -127,7 +127,7 @@ std::map<std::string, CoverageOfU> study(int robots, std::uint64_t seed) {
   std::map<std::string, CoverageOfU> found;
   for (int k = 0; k < robots; ++k) {
     const simulate::VirtualRobot robot = demo_robot(seed + static_cast<std::uint64_t>(k));
-    const Mechanism& mechanism = robot.truth().nominal;
+    const Mechanism mechanism = mechanism_of(robot.truth().nominal);
     Walker baseline(robot);
     std::vector<Reading> rows, unseen;
     for (const Pose& p : paper_80()) {

@@ -239,3 +239,49 @@ TEST_CASE("ISO 230-2 symbols are refused with the reason", "[assess]") {
     CHECK_THAT(rails[0].symbols[0].reason, Contains("no rail was measured alone"));
   }
 }
+
+TEST_CASE("reversal and drift of one target are told apart, with their errors", "[assess]") {
+  RailTarget target{.position_mm = 15, .up = {}, .down = {}};
+  const std::vector<double> e = {1, -1, -1, 1};  // no mean and no slope
+  for (int k = 0; k < 4; ++k) {
+    target.up.push_back(0.010 - 0.002 * k + 1e-4 * e[static_cast<std::size_t>(k)]);
+    target.down.push_back(0.004 - 0.002 * k - 1e-4 * e[static_cast<std::size_t>(k)]);
+  }
+  const Reversal r = reversal_at(target);
+  REQUIRE(r.fit);
+  CHECK_THAT(r.fit->B_mm, WithinAbs(0.006, 1e-12));
+  CHECK_THAT(r.fit->drift_mm, WithinAbs(-0.002, 1e-12));
+  // residuals of 1e-4 each, 8 - 3 degrees of freedom; sum of (k - mean)^2 = 2 * 5
+  const double s = 1e-4 * std::sqrt(8.0 / 5);
+  CHECK_THAT(r.fit->B_error_mm, WithinRel(s * std::sqrt(0.5), 1e-9));
+  CHECK_THAT(r.fit->drift_error_mm, WithinRel(s / std::sqrt(10.0), 1e-9));
+  CHECK(*r.s_up_mm > 0.002);  // as it scatters, drift and all
+  target.down.resize(1);
+  CHECK_FALSE(reversal_at(target).fit);
+}
+
+TEST_CASE("an axis alone is judged by ISO 230-2, and with three targets target by target",
+          "[assess]") {
+  const Machine axis = starting_machine("X");
+  const auto measured = [&](int targets) {
+    const Plan plan = rail_plan(axis, {.half_travel_mm = 40, .targets = targets});
+    std::vector<Reading> readings;
+    for (const PlannedPoint& p : plan.points) {
+      const Displacements cmd(p.target.x_mm, 0, 0);
+      Reading r{.seq = p.seq, .target = p.target, .conditions = {}, .measured = {}};
+      r.conditions = {.cmd_mm = cmd, .from_mm = cmd - Displacements(5.0 * p.approach[0], 0, 0)};
+      r.measured = Pose{p.target.x_mm * (1 + 1e-4) + 0.003 * p.approach[0], 0, 0};
+      readings.push_back(r);
+    }
+    return readings;
+  };
+  const auto whole = iso230(axis, measured(5));
+  REQUIRE(whole.size() == 1);
+  CHECK(whole[0].n_targets == 5);
+  CHECK_THAT(*symbol(whole[0], "B").value, WithinAbs(0.006, 1e-9));
+  const auto few = iso230(axis, measured(3));
+  CHECK_FALSE(symbol(few[0], "B").value);
+  CHECK(symbol(few[0], "B").reason == "needs 5 targets or more, 3 here");
+  REQUIRE(few[0].reversals.size() == 3);
+  for (const Reversal& r : few[0].reversals) CHECK_THAT(r.fit->B_mm, WithinAbs(0.006, 1e-9));
+}

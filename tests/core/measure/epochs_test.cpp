@@ -19,8 +19,8 @@ namespace {
 std::vector<Reading> campaign(std::uint64_t seed, int from, const Pose& frame) {
   Random random(seed);
   simulate::Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.actual = truth.nominal.geometry;
+  truth.nominal = machine_of(paper_mechanism());
+  truth.actual = truth.nominal.chains;
   truth.seed = seed;
   truth.tracker.sigma_xy_mm = 0.010;
   truth.tracker.sigma_phi_rad = rad_from_deg(0.004);
@@ -32,12 +32,12 @@ std::vector<Reading> campaign(std::uint64_t seed, int from, const Pose& frame) {
   truth.epochs[1].frame = frame;
   const simulate::VirtualRobot robot(truth);
   std::vector<Reading> readings;
-  Displacements at = inverse(truth.nominal.geometry, truth.nominal.home).l_mm;
+  Displacements at = robot.home_mm();
   for (const Pose& target : paper_80()) {
     Reading r;
     r.seq = static_cast<int>(readings.size()) + 1;
     r.target = target;
-    r.conditions.cmd_mm = inverse(truth.nominal.geometry, target).l_mm;
+    r.conditions.cmd_mm = inverse(paper_mechanism().geometry, target).l_mm;
     r.conditions.from_mm = at;
     r.conditions.epoch = r.seq < from ? 1 : 2;
     r.measured = robot.read(r.conditions, static_cast<std::uint64_t>(r.seq)).pose;

@@ -174,4 +174,36 @@ TEST_CASE("points out of order and commands of their own are checked", "[plan]")
   CHECK(has(check(plan, mechanism), 3, Place::target, What::disordered));
 }
 
+TEST_CASE("plans of every machine are checked on its own drives", "[plan]") {
+  Machine stage = starting_machine("XY");
+  CHECK(check(rail_plan(stage, {.half_travel_mm = 100, .targets = 5, .runs = 1}), stage).empty());
+  stage.drives[1].limits = {-60, 60};
+  const auto all = check(plan_of({{100, 50, 0}, {0, 70, 0}}), stage);
+  REQUIRE(all.size() == 1);
+  CHECK(has(all, 2, Place::target, What::upper_limit, 2));
+  const Machine axis = starting_machine("X");
+  const Plan runs = rail_plan(axis, {.half_travel_mm = 50, .targets = 6, .runs = 5});
+  CHECK(runs.points.size() == 6 * 5 * 2);
+  CHECK(check(runs, axis).empty());
+  const Machine uvw = starting_machine("3-PPR");
+  CHECK(check(plan_of({{1, 2, 0.01}, {-2, 0, -0.01}}), uvw).empty());
+  CHECK(has(check(plan_of({{1, 2, 0.05}}), uvw), 1, Place::target, What::lower_limit, 1));
+}
+
+TEST_CASE("cylinders that would meet are seen on the way", "[plan]") {
+  const Machine cylinders = starting_machine("3-RPR");
+  CHECK(check(plan_of({{20, 10, 0}}), cylinders).empty());
+  CHECK(has(check(plan_of({{20, 10, 0}}), cylinders, {.link_clearance_mm = 500}), 1, Place::path,
+            What::collision));
+}
+
+TEST_CASE("a plan of another machine is refused by the point that tells", "[plan]") {
+  CHECK_THROWS_WITH(check(plan_of({{0, 0, 0}, {1, 0, 0.1}}), starting_machine("XY")),
+                    Contains("another machine") && Contains("point 2") && Contains("phi"));
+  CHECK_THROWS_WITH(check(plan_of({{0, 5, 0}}), starting_machine("X")), Contains("y"));
+  Plan directed = plan_of({{0, 5, 0}});
+  directed.points[0].approach = {1, 0, -1};
+  CHECK_THROWS_WITH(check(directed, starting_machine("XY")), Contains("drive 3"));
+}
+
 }  // namespace trammel

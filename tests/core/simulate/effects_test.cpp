@@ -19,8 +19,8 @@ constexpr double kToleranceMm = 1e-9;  // of forward and inverse kinematics
 
 Truth perfect() {
   Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.actual = truth.nominal.geometry;
+  truth.nominal = machine_of(paper_mechanism());
+  truth.actual = truth.nominal.chains;
   return truth;
 }
 
@@ -28,9 +28,9 @@ Displacements home_mm() { return inverse(paper_mechanism().geometry, Pose{}).l_m
 
 /// What the drives really did: the displacements of the pose they led to, less the command.
 Displacements joint_errors(const Truth& truth, const Conditions& conditions) {
-  const ForwardResult at = VirtualRobot(truth).true_pose(conditions);
+  const MachinePose at = VirtualRobot(truth).true_pose(conditions);
   REQUIRE(at.ok());
-  return inverse(truth.nominal.geometry, at.pose).l_mm - conditions.cmd_mm;
+  return inverse(paper_mechanism().geometry, at.pose).l_mm - conditions.cmd_mm;
 }
 
 struct Case {
@@ -170,7 +170,7 @@ TEST_CASE("a bowed guide moves B off its line by c s^2", "[simulate]") {
   Truth truth = perfect();
   truth.drive.guide_bow_per_mm = {2e-5, 0, 0};
   const Conditions c = at_travel({100, 20, -30});
-  Geometry bowed = truth.nominal.geometry;
+  Geometry bowed = paper_mechanism().geometry;
   bowed.chains[0].h_mm = 0.2;  // 2e-5 * 100^2
   const Pose pose = VirtualRobot(truth).true_pose(c).pose;
   const Displacements back = inverse(bowed, pose).l_mm;

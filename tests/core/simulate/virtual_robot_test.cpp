@@ -17,8 +17,9 @@ namespace {
 Truth faulty(std::uint64_t seed) {
   Random random(seed);
   Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.actual = tests::random_geometry(random);
+  truth.nominal = machine_of(paper_mechanism());
+  truth.actual =
+      machine_of({.geometry = tests::random_geometry(random), .home = {}, .limits = {}}).chains;
   truth.drive.lead_scale = {0.003, 0.002, 0.004};
   truth.drive.backlash_mm = {0.08, 0.08, 0.08};
   truth.drive.screw_cos_mm = {0.006, 0.005, 0.004};
@@ -58,7 +59,7 @@ TEST_CASE("zeroing holds at another home pose", "[simulate]") {
   truth.zeroed = true;
   truth.phi_zero_rad = 0.03;
   Conditions c = at_home();
-  c.cmd_mm = c.from_mm = inverse(truth.nominal.geometry, truth.nominal.home).l_mm;
+  c.cmd_mm = c.from_mm = inverse(paper_mechanism().geometry, truth.nominal.home).l_mm;
   const Pose pose = VirtualRobot(truth).true_pose(c).pose;
   CHECK((pose.vector() - truth.nominal.home.vector()).cwiseAbs().maxCoeff() < 1e-9);
 }
@@ -144,7 +145,7 @@ TEST_CASE("a truth that makes no robot is refused by the name of the field", "[s
   refused([&](Truth& t) { t.motion.speed_mm_s = 0; }, "motion.speed_mm_s");
   refused([&](Truth& t) { t.bumps = {{3, 0, 1, 0}}; }, "bumps.rail");
   refused([&](Truth& t) { t.harmonics = {{0, 0, 0, 0}}; }, "harmonics.period_mm");
-  refused([&](Truth& t) { t.actual.chains[1].S_mm = 0; }, "S_2");
+  refused([&](Truth& t) { t.actual[1][3] = 0; }, "S_mm");
   refused([&](Truth& t) { t.nominal.home = {2000, 0, 0}; }, "home");
 }
 

@@ -1,0 +1,516 @@
+#include "app/files/positions_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include "app/files/csv.hpp"
+#include "app/files/files.hpp"
+#include "app/files/numbers.hpp"
+#include "app/files/points_file.hpp"
+#include "app/files/points_text.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace trammel {
+
+namespace {
+
+enum class Role { none, target, measured, deviation, run, direction, axis, time, temperature };
+
+/// What a word of a column's name says of its role; "dx" says a coordinate too.
+struct RoleWord {
+  std::string_view word;
+  Role role;
+};
+constexpr std::array<RoleWord, 25> kRoleWords = {{
+    {"nominal", Role::target},   {"target", Role::target},     {"commanded", Role::target},
+    {"cmd", Role::target},       {"measured", Role::measured}, {"meas", Role::measured},
+    {"actual", Role::measured},  {"position", Role::measured}, {"reading", Role::measured},
+    {"laser", Role::measured},   {"external", Role::measured}, {"interferometer", Role::measured},
+    {"error", Role::deviation},  {"err", Role::deviation},     {"deviation", Role::deviation},
+    {"dev", Role::deviation},    {"dx", Role::deviation},      {"dy", Role::deviation},
+    {"dphi", Role::deviation},   {"run", Role::run},           {"direction", Role::direction},
+    {"dir", Role::direction},    {"axis", Role::axis},         {"time", Role::time},
+    {"temp", Role::temperature},
+}};
+
+struct AngleUnit {
+  std::string_view name;
+  double rad;
+};
+constexpr std::array<AngleUnit, 5> kAngleUnits = {{{"deg", rad_from_deg(1)},
+                                                   {"rad", 1},
+                                                   {"mrad", 1e-3},
+                                                   {"urad", 1e-6},
+                                                   {"arcsec", rad_from_deg(1) / 3600}}};
+constexpr std::array<std::string_view, 4> kLengthUnits = {"mm", "um", "m", "in"};
+
+/// Lower-case words; the sign of micro is a u.
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words(1);
+  for (std::size_t k = 0; k < name.size(); ++k) {
+    const auto c = static_cast<unsigned char>(name[k]);
+    const bool micro = (c == 0xC2 || c == 0xCE) && k + 1 < name.size() &&
+                       (static_cast<unsigned char>(name[k + 1]) == 0xB5 ||
+                        static_cast<unsigned char>(name[k + 1]) == 0xBC);
+    if (micro) {
+      words.back() += 'u';
+      ++k;
+    } else if (std::isalnum(c) != 0) {
+      words.back() += static_cast<char>(std::tolower(c));
+    } else if (!words.back().empty()) {
+      words.emplace_back();
+    }
+  }
+  if (words.back().empty()) words.pop_back();
+  return words;
+}
+
+struct Column {
+  Role role = Role::none;
+  int coordinate = -1;   // 0, 1, 2
+  std::string unit;      // as written; empty: none
+  bool strange = false;  // holds a word that says nothing here
+};
+
+Column column_of(std::string_view name) {
+  Column column;
+  for (const std::string& word : words_of(name)) {
+    const auto* coordinate = std::ranges::find(kCoordinateNames, word);
+    const auto* role = std::ranges::find(kRoleWords, word, &RoleWord::word);
+    const bool is_unit =
+        std::ranges::find(kLengthUnits, word) != kLengthUnits.end() ||
+        std::ranges::find(kAngleUnits, word, &AngleUnit::name) != kAngleUnits.end() ||
+        word == "s" || word == "degc";
+    if (coordinate != kCoordinateNames.end()) {
+      column.coordinate = static_cast<int>(coordinate - kCoordinateNames.begin());
+    } else if (role != kRoleWords.end()) {
+      column.role = role->role;
+      if (word.size() > 1 && word[0] == 'd' && role->role == Role::deviation && word != "dev" &&
+          word != "deviation") {
+        column.coordinate = static_cast<int>(std::ranges::find(kCoordinateNames, word.substr(1)) -
+                                             kCoordinateNames.begin());
+      }
+    } else if (is_unit) {
+      column.unit = word;
+    } else {
+      column.strange = true;
+    }
+  }
+  return column;
+}
+
+/// A table with a header line.
+class TableReader {
+ public:
+  TableReader(const CsvTable& table, const PositionsOptions& options)
+      : table_(table), options_(options) {
+    for (const CsvCell& cell : table.header.cells) columns_.push_back(column_of(cell.text));
+    settle_bare_coordinates();
+  }
+
+  PositionsFile read() {
+    out_.name = table_.name;
+    out_.format = "table";
+    look_at_columns();
+    for (const CsvTable::Row& row : table_.rows) read_row(row);
+    if (out_.rows.empty()) refuse_all("there are no positions", "", "rows below the header");
+    return std::move(out_);
+  }
+
+ private:
+  [[noreturn]] void refuse_all(const std::string& what, const std::string& got,
+                               const std::string& expected, const std::string& hint = "") const {
+    throw InputError({.what = what,
+                      .where = {.file = table_.name, .line = table_.header.line},
+                      .got = got,
+                      .expected = expected,
+                      .hint = hint});
+  }
+  [[noreturn]] void refuse(const CsvTable::Row& row, std::size_t k, const std::string& what,
+                           const std::string& expected) const {
+    throw InputError({.what = what,
+                      .where = table_.where(row, k),
+                      .got = std::string(row.cells[k].text),
+                      .expected = expected});
+  }
+
+  [[nodiscard]] bool has(Role role) const {
+    return std::ranges::any_of(columns_, [&](const Column& c) { return c.role == role; });
+  }
+
+  /// x beside a target is measured, beside a deviation the target; of one axis, what has no
+  /// coordinate's name is x.
+  void settle_bare_coordinates() {
+    const bool target = has(Role::target), deviation = has(Role::deviation);
+    for (Column& c : columns_) {
+      const bool bare = c.role == Role::none && c.coordinate >= 0 && !c.strange;
+      if (bare && (target || deviation)) c.role = target ? Role::measured : Role::target;
+      const bool position =
+          c.role == Role::target || c.role == Role::measured || c.role == Role::deviation;
+      if (options_.one_axis && position && c.coordinate < 0) c.coordinate = 0;
+    }
+  }
+
+  /// Of one coordinate in one role; columns_.size(): none. Two are refused.
+  [[nodiscard]] std::size_t place(Role role, int coordinate) const {
+    std::size_t found = columns_.size();
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      if (columns_[k].role != role || columns_[k].coordinate != coordinate) continue;
+      if (found < columns_.size()) {
+        refuse_all("two columns say the same",
+                   std::string(table_.header.cells[found].text) + " and " +
+                       std::string(table_.header.cells[k].text),
+                   "one of them: rename or remove the other");
+      }
+      found = k;
+    }
+    return found;
+  }
+
+  void look_at_columns() {
+    constexpr std::array<Role, 3> kRoles = {Role::target, Role::measured, Role::deviation};
+    for (int c = 0; c < 3; ++c) {
+      const auto i = static_cast<std::size_t>(c);
+      for (std::size_t r = 0; r < kRoles.size(); ++r) at_[r][i] = place(kRoles[r], c);
+      out_.targeted[i] = at_[0][i] < columns_.size();
+      out_.measured[i] = at_[1][i] < columns_.size() || at_[2][i] < columns_.size();
+      if (at_[1][i] < columns_.size() && at_[2][i] < columns_.size()) {
+        refuse_all("a measured position and a deviation of the same coordinate",
+                   std::string(kCoordinateNames[i]), "one of them");
+      }
+    }
+    for (const Role role : {Role::run, Role::direction, Role::axis, Role::time, Role::temperature})
+      other_[static_cast<std::size_t>(role)] = place(role, -1);
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      const Role role = columns_[k].role;
+      const bool position =
+          role == Role::target || role == Role::measured || role == Role::deviation;
+      if (role != Role::none && (!position || columns_[k].coordinate >= 0)) continue;
+      out_.unused.emplace_back(table_.header.cells[k].text);
+      columns_[k].role = Role::none;
+    }
+    if (!out_.targeted[0] || !out_.measured[0]) {
+      std::vector<std::string_view> names;
+      for (const CsvCell& cell : table_.header.cells) names.push_back(cell.text);
+      refuse_all(out_.targeted[0] ? "no column holds what was measured"
+                                  : "no column holds what was commanded",
+                 fmt::format("{}", fmt::join(names, ", ")),
+                 options_.one_axis ? "target_mm, direction, run, position_mm or deviation_um"
+                                   : "target_x_mm, target_y_mm, and x_mm, y_mm or dx_um, dy_um");
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (out_.targeted[i] == out_.measured[i]) continue;
+      refuse_all(
+          std::string(kCoordinateNames[i]) + (out_.targeted[i] ? " is commanded and not measured"
+                                                               : " is measured and not commanded"),
+          "", "both, or neither");
+    }
+  }
+
+  /// One unit in mm or rad.
+  [[nodiscard]] double unit_of(std::size_t k) const {
+    const Column& c = columns_[k];
+    const auto header = std::string(table_.header.cells[k].text);
+    if (c.coordinate == 2) {
+      const auto* unit = std::ranges::find(kAngleUnits, c.unit, &AngleUnit::name);
+      if (unit != kAngleUnits.end()) return unit->rad;
+      refuse_all("an angle without a unit of angles", header, header + "_deg, _rad or _urad");
+    }
+    const std::string& unit = c.unit.empty() ? options_.unit : c.unit;
+    if (std::ranges::find(kLengthUnits, unit) == kLengthUnits.end()) {
+      refuse_all(unit.empty() ? "nothing says in which unit the positions are"
+                              : "this is no unit of lengths",
+                 header, "mm, um, m or in", "name it in the column, as x_mm, or by --unit");
+    }
+    return mm_of_unit(unit);
+  }
+
+  [[nodiscard]] double number(const CsvTable::Row& row, std::size_t k) const {
+    const auto value = parse_number(row.cells[k].text);
+    if (!value) refuse(row, k, "this is no number", "a decimal number");
+    return *value;
+  }
+
+  [[nodiscard]] int direction(const CsvTable::Row& row, std::size_t k) const {
+    constexpr std::array<std::pair<std::string_view, int>, 12> kWords = {{{"1", 1},
+                                                                          {"+1", 1},
+                                                                          {"+", 1},
+                                                                          {"up", 1},
+                                                                          {"forward", 1},
+                                                                          {"positive", 1},
+                                                                          {"-1", -1},
+                                                                          {"-", -1},
+                                                                          {"down", -1},
+                                                                          {"reverse", -1},
+                                                                          {"backward", -1},
+                                                                          {"negative", -1}}};
+    const auto* at =
+        std::ranges::find(kWords, row.cells[k].text, &std::pair<std::string_view, int>::first);
+    if (at == kWords.end()) refuse(row, k, "this is no direction", "1 or -1, up or down");
+    return at->second;
+  }
+
+  [[nodiscard]] bool is_asked_for(const CsvTable::Row& row) {
+    const std::size_t k = other_[static_cast<std::size_t>(Role::axis)];
+    if (k >= columns_.size()) return true;
+    const std::string axis(row.cells[k].text);
+    if (!options_.axis.empty()) return axis == options_.axis;
+    if (axes_.insert(axis).second && axes_.size() > 1) {
+      refuse_all("the table holds several axes", fmt::format("{}", fmt::join(axes_, ", ")),
+                 "one of them", "--only AXIS");
+    }
+    out_.facts["axis"] = axis;
+    return true;
+  }
+
+  void read_row(const CsvTable::Row& row) {
+    if (!is_asked_for(row)) return;
+    PositionRow position;
+    position.line = row.line;
+    Eigen::Vector3d target = Eigen::Vector3d::Zero(), measured = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto c = static_cast<Eigen::Index>(i);
+      const auto value = [&](std::size_t role) {
+        return number(row, at_[role][i]) * unit_of(at_[role][i]);
+      };
+      if (at_[0][i] < columns_.size()) target[c] = value(0);
+      if (at_[1][i] < columns_.size()) measured[c] = value(1);
+      if (at_[2][i] < columns_.size()) measured[c] = target[c] + value(2);
+    }
+    position.target = Pose::from(target);
+    position.measured = Pose::from(measured);
+    const auto other = [&](Role role) { return other_[static_cast<std::size_t>(role)]; };
+    const auto given = [&](Role role) { return other(role) < columns_.size(); };
+    if (given(Role::direction)) position.direction = direction(row, other(Role::direction));
+    if (given(Role::run)) {
+      const auto run = parse_integer(row.cells[other(Role::run)].text);
+      if (!run || *run < 1) refuse(row, other(Role::run), "this is no number of a run", "1, 2, …");
+      position.run = *run;
+    }
+    if (given(Role::time)) position.time_s = number(row, other(Role::time));
+    if (given(Role::temperature)) position.temp_degc = number(row, other(Role::temperature));
+    out_.rows.push_back(position);
+  }
+
+  const CsvTable& table_;
+  const PositionsOptions& options_;
+  std::vector<Column> columns_;
+  std::array<std::array<std::size_t, 3>, 3> at_{};  // by role and coordinate
+  std::array<std::size_t, 9> other_{};              // by Role
+  std::set<std::string> axes_;
+  PositionsFile out_;
+};
+
+/// "key: value; key: value" of a comment.
+void take_pairs(std::string_view comment, std::map<std::string, std::string>& into) {
+  while (!comment.empty()) {
+    const std::size_t end = std::min(comment.find(';'), comment.size());
+    const std::string_view pair = comment.substr(0, end);
+    const std::size_t colon = pair.find(':');
+    if (colon != std::string_view::npos) {
+      const std::string key = single_blanks(pair.substr(0, colon));
+      const std::string value = single_blanks(pair.substr(colon + 1));
+      if (!key.empty() && !value.empty()) into[key] = value;
+    }
+    comment.remove_prefix(std::min(end + 1, comment.size()));
+  }
+}
+
+std::vector<double> numbers_of(const PointsLine& line, const std::string& name, std::size_t n) {
+  const std::vector<PointsCell> cells = points_cells(line.text, ' ');
+  std::vector<double> values;
+  for (const PointsCell& cell : cells) {
+    const auto value = parse_number(cell.text);
+    if (!value) {
+      throw InputError({.what = "this is no number",
+                        .where = {.file = name, .line = line.number, .column = cell.column},
+                        .got = std::string(cell.text)});
+    }
+    values.push_back(*value);
+  }
+  if (n == 0 || values.size() == n) return values;
+  throw InputError({.what = "the row has another number of columns",
+                    .where = {.file = name, .line = line.number},
+                    .got = std::to_string(values.size()),
+                    .expected = std::to_string(n)});
+}
+
+constexpr std::string_view kAerotechColumns = "Ax1CmdPos";
+
+PositionsFile read_aerotech(const PointsText& text, const std::string& name) {
+  PositionsFile out{.name = name, .format = "Aerotech calibration"};
+  for (const std::string& comment : text.comments) take_pairs(comment, out.facts);
+  const auto require = [&](const std::string& key) -> std::string {
+    const auto at = out.facts.find(key);
+    if (at != out.facts.end()) return at->second;
+    throw InputError({.what = "the header of the calibration file lacks a line",
+                      .where = {.file = name, .field = key}});
+  };
+  std::string unit = require("UserUnits");
+  std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return std::tolower(c); });
+  const double mm = mm_of_unit(unit);
+  std::array<Eigen::Index, 2> axis{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::string key = fmt::format("Ax{}Name", k + 1), letter = require(key);
+    if (letter != "X" && letter != "Y") {
+      throw InputError({.what = "the file is of another axis",
+                        .where = {.file = name, .field = key},
+                        .got = letter,
+                        .expected = "X or Y"});
+    }
+    axis[k] = letter == "X" ? 0 : 1;
+  }
+  if (axis[0] == axis[1]) {
+    throw InputError({.what = "both axes of the file have one name",
+                      .where = {.file = name, .field = "Ax2Name"}});
+  }
+  out.targeted = out.measured = {true, true, false};
+  for (const PointsLine& line : text.lines) {
+    const std::vector<double> v = numbers_of(line, name, 6);
+    Eigen::Vector3d target = Eigen::Vector3d::Zero(), error = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < 2; ++k) {
+      target[axis[k]] = v[2 + k] * mm;
+      error[axis[k]] = v[4 + k] * mm;
+    }
+    out.rows.push_back({.line = line.number,
+                        .target = Pose::from(target),
+                        .measured = Pose::from(target + error)});
+  }
+  out.facts["deviation"] = "measured less commanded, as its errors were taken";
+  return out;
+}
+
+constexpr std::string_view kRtlRows = "Run Target Data";
+
+/// Sections "NAME::", lines "Key: value", and lists of numbers.
+class RtlReader {
+ public:
+  RtlReader(const PointsText& text, std::string name, const PositionsOptions& options)
+      : text_(text), options_(options) {
+    out_.name = std::move(name);
+    out_.format = "Renishaw RTL";
+  }
+
+  PositionsFile read() {
+    for (const PointsLine& line : text_.lines) take(line);
+    if (targets_.empty() || out_.rows.empty()) {
+      refuse(0, targets_.empty() ? "the file states no targets" : "the file holds no deviations",
+             "");
+    }
+    set_directions();
+    out_.targeted = out_.measured = {true, false, false};
+    return std::move(out_);
+  }
+
+ private:
+  [[noreturn]] void refuse(int line, const std::string& what, const std::string& got,
+                           const std::string& expected = "", const std::string& hint = "") const {
+    throw InputError({.what = what,
+                      .where = {.file = out_.name, .line = line},
+                      .got = got,
+                      .expected = expected,
+                      .hint = hint});
+  }
+
+  void take(const PointsLine& line) {
+    const std::string text = single_blanks(line.text);
+    if (text.ends_with("::")) {
+      section_ = text.substr(0, text.size() - 2);
+      list_.clear();
+      return;
+    }
+    const std::size_t colon = text.find(':');
+    if (colon != std::string::npos) {
+      list_ = single_blanks(text.substr(0, colon));
+      const std::string value = single_blanks(text.substr(colon + 1));
+      if (list_ == "Target-count") count_ = parse_integer(value).value_or(0);
+      if (section_ == "USER-TEXT" && !value.empty()) out_.facts[list_] = value;
+      if (list_ != "Targets" || value.empty()) return;
+      return take_targets({line.number, value});
+    }
+    if (section_ == "TARGET DATA" && list_ == "Targets") return take_targets(line);
+    if (section_ == "DEVIATIONS" && list_ == kRtlRows) take_deviation(line);
+  }
+
+  void take_targets(const PointsLine& line) {
+    for (const double target : numbers_of(line, out_.name, 0)) targets_.push_back(target);
+  }
+
+  void take_deviation(const PointsLine& line) {
+    if (options_.unit.empty()) {
+      refuse(line.number, "nothing says in which unit the deviations of an RTL file are", "",
+             "--unit um or --unit mm");
+    }
+    if (count_ > 0 && targets_.size() != static_cast<std::size_t>(count_)) {
+      refuse(line.number, "another number of targets than the header counts",
+             std::to_string(targets_.size()), std::to_string(count_));
+    }
+    const std::vector<double> v = numbers_of(line, out_.name, 3);
+    const bool known = v[1] >= 1 && v[1] <= static_cast<double>(targets_.size());
+    if (!known || !(v[0] >= 1) || v[0] != std::floor(v[0]) || v[1] != std::floor(v[1])) {
+      refuse(line.number, "no such run or target", fmt::format("run {}, target {}", v[0], v[1]),
+             fmt::format("runs from 1, targets 1 to {}", targets_.size()));
+    }
+    const double target = targets_[static_cast<std::size_t>(v[1]) - 1];
+    out_.rows.push_back({.line = line.number,
+                         .target = {target, 0, 0},
+                         .measured = {target + v[2] * mm_of_unit(options_.unit), 0, 0},
+                         .run = static_cast<int>(v[0])});
+  }
+
+  /// A run that lists its targets downwards came down; runs that all list them upwards may still
+  /// have come both ways: the file does not say.
+  void set_directions() {
+    std::map<int, std::vector<PositionRow*>> runs;
+    for (PositionRow& row : out_.rows) runs[row.run].push_back(&row);
+    bool all_up = true;
+    for (auto& [run, rows] : runs) {
+      const bool up = rows.back()->target.x_mm >= rows.front()->target.x_mm;
+      all_up = all_up && up;
+      for (PositionRow* row : rows) row->direction = up ? 1 : -1;
+    }
+    if (!all_up || runs.size() == 1 || options_.runs == "one-way") return;
+    if (options_.runs.empty()) {
+      refuse(0, "every run lists its targets upwards: the file does not say which came back", "",
+             "--runs one-way, or --runs both-ways (every second one came back)");
+    }
+    for (auto& [run, rows] : runs) {
+      for (PositionRow* row : rows) row->direction = run % 2 == 1 ? 1 : -1;
+    }
+  }
+
+  const PointsText& text_;
+  const PositionsOptions& options_;
+  PositionsFile out_;
+  std::string section_, list_;
+  std::vector<double> targets_;
+  int count_ = 0;
+};
+
+}  // namespace
+
+PositionsFile parse_positions(std::string text, const std::string& name,
+                              const PositionsOptions& options) {
+  if (text.find(kAerotechColumns) != std::string::npos) {
+    return read_aerotech(points_text(std::move(text), name), name);
+  }
+  if (text.find(kRtlRows) != std::string::npos) {
+    return RtlReader(points_text(std::move(text), name), name, options).read();
+  }
+  const CsvTable table = parse_csv(std::move(text), name);
+  return TableReader(table, options).read();
+}
+
+PositionsFile read_positions(const std::filesystem::path& path, const PositionsOptions& options) {
+  return parse_positions(read_file(path, kMaxPositionsBytes), path.string(), options);
+}
+
+}  // namespace trammel

@@ -1,0 +1,46 @@
+#pragma once
+// One way to ask where a machine stands, whatever its kind: by the kernels of the 3-PRR where it is
+// one, whose bits are those of every stored result, else by its closures.
+
+#include <Eigen/Core>
+
+#include "core/mechanism/displacements.hpp"
+#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
+
+namespace trammel {
+
+/// The parameters of a 3-PRR, whatever its drives. Precondition: it is one.
+Geometry geometry_of(const Machine& machine);
+
+/// Proof of all: the kernels' bits for a 3-PRR, and drives -> pose -> drives for every kind
+/// (machine_solver_test.cpp).
+class MachineSolver {
+ public:
+  explicit MachineSolver(const Machine& machine);
+
+  [[nodiscard]] const Machine& machine() const { return machine_; }
+
+  /// As `inverse` and `drives_at`: displacements, and angles of links and cylinders where there are
+  /// any.
+  [[nodiscard]] InverseResult drives(const Pose& pose) const;
+  /// As `forward`, from `near`.
+  [[nodiscard]] MachinePose pose(const Displacements& l_mm, const Pose& near) const;
+
+  /// How the machine stands at a pose. Precondition: `drives` reaches it.
+  struct Look {
+    Singularity singularity;
+    Eigen::Matrix3d J_V = Eigen::Matrix3d::Zero();  // dX/dl; 0 at a singular pose
+    double clearance_mm = 0;  // as link_clearance_mm; infinite where nothing but guides moves
+  };
+  [[nodiscard]] Look look(const Pose& pose) const;
+
+ private:
+  Machine machine_;
+  bool is_prr_ = false;
+  Geometry geometry_;  // 3-PRR only, and its frames
+  RailFrames rails_ = {};
+};
+
+}  // namespace trammel
