@@ -10,9 +10,7 @@
 #include "app/files/csv.hpp"
 #include "app/files/numbers.hpp"
 #include "core/measure/gross.hpp"
-#include "core/mechanism/forward.hpp"
-#include "core/mechanism/inverse.hpp"
-#include "core/mechanism/machine_kinematics.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -81,7 +79,11 @@ constexpr double kMaxTemp_degc = 1000;
 class Reader {
  public:
   Reader(const CsvTable& table, CampaignFile& file)
-      : table_(table), file_(file), machine_(file.campaign.machine), needs_(needs_of(file)) {
+      : table_(table),
+        file_(file),
+        machine_(file.campaign.machine),
+        solver_(machine_),
+        needs_(needs_of(file)) {
     at_.fill(std::nullopt);
     for (std::size_t k = 0; k < table.header.cells.size(); ++k) add_column(k);
     refuse_unknown();
@@ -92,13 +94,12 @@ class Reader {
       if (needed && !at_[c]) missing_column(kNames[c]);
     }
     for (std::size_t k = 0; k < file.sessions.size(); ++k) known_[file.sessions[k].name] = k;
-    if (machine_.kind->chain == &kPrrChain) mechanism_ = mechanism_of(machine_);
-    if (out_of_reach(machine_.home) < kChains) {
+    const InverseResult home = solver_.drives(machine_.home);
+    if (!home.ok()) {
       throw InputError({.what = "the home pose is out of reach",
                         .where = {.file = table.name, .field = "mechanism.home"}});
     }
-    previous_cmd_mm_ = mechanism_ ? inverse(mechanism_->geometry, machine_.home).l_mm
-                                  : drives_at(machine_, machine_.home).q_mm;
+    previous_cmd_mm_ = home.l_mm;
   }
 
   void read_all() {
@@ -320,15 +321,16 @@ class Reader {
 
   /// The nominal robot must reach the target, and its rails the command.
   void check_reach(const Reading& reading) const {
-    const int chain = out_of_reach(reading.target);
-    if (chain < kChains) {
-      throw InputError({.what = "the target is out of reach of chain " + std::to_string(chain + 1),
-                        .where = [&] {
-                          Where where = table_.where(*row_, at_[kTargetX].value());
-                          where.field = "target";
-                          where.point = "seq " + std::to_string(reading.seq);
-                          return where;
-                        }()});
+    const InverseResult at = solver_.drives(reading.target);
+    if (!at.ok()) {
+      throw InputError(
+          {.what = "the target is out of reach of chain " + std::to_string(at.chain + 1),
+           .where = [&] {
+             Where where = table_.where(*row_, at_[kTargetX].value());
+             where.field = "target";
+             where.point = "seq " + std::to_string(reading.seq);
+             return where;
+           }()});
     }
     for (int i = 0; i < machine_.kind->n_chains; ++i) {
       const Limits& limits = machine_.drives[static_cast<std::size_t>(i)].limits;
@@ -339,21 +341,10 @@ class Reader {
                number_text(limits.l_min_mm) + " to " + number_text(limits.l_max_mm) + " mm");
       }
     }
-    if (!can_follow(reading.conditions.cmd_mm, reading.target)) {
+    if (!solver_.pose(reading.conditions.cmd_mm, reading.target).ok()) {
       refuse(kCmd1, "no pose belongs to these commands: out of reach",
              "commands the platform can follow");
     }
-  }
-
-  // The kernels of the 3-PRR, where it is one: a file of 100,000 rows asks as often.
-  [[nodiscard]] int out_of_reach(const Pose& target) const {
-    if (!mechanism_) return drives_at(machine_, target).missed;
-    const InverseResult at = inverse(mechanism_->geometry, target);
-    return at.ok() ? kChains : at.chain;
-  }
-  [[nodiscard]] bool can_follow(const Displacements& cmd_mm, const Pose& target) const {
-    return mechanism_ ? trammel::forward(mechanism_->geometry, cmd_mm, target).ok()
-                      : trammel::forward(machine_, cmd_mm, target).ok();
   }
 
   [[nodiscard]] std::map<std::string, std::string> read_extras() const {
@@ -387,7 +378,7 @@ class Reader {
   const CsvTable& table_;
   CampaignFile& file_;
   const Machine& machine_;
-  std::optional<Mechanism> mechanism_;  // of a 3-PRR
+  MachineSolver solver_;
   Needs needs_;
   std::map<std::string, std::size_t> known_;  // sessions by name
   std::set<std::size_t> walked_;              // those that have a reading
