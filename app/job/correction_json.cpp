@@ -153,7 +153,8 @@ Json epochs_json(const EpochShifts& shifts) {
 }
 
 Json model_json(const RobotModel& m) {
-  Json json = {{"mechanism", mechanism_json(m.mechanism)}, {"chains", geometry_json(m.geometry)}};
+  Json json = {{"mechanism", mechanism_json(m.mechanism())},
+               {"chains", geometry_json(m.geometry())}};
   json["epochs"] = epochs_json(m.epochs);
   json["effects"] = Json::array();
   for (const ActiveEffect& active : m.effects) {
@@ -178,9 +179,8 @@ EpochShifts read_epochs(Fields& f) {
 }
 
 RobotModel read_model(Fields f) {
-  RobotModel m;
-  m.mechanism = read_mechanism(f.object("mechanism"));
-  m.geometry = read_geometry(f);
+  RobotModel m = nominal_model(read_mechanism(f.object("mechanism")));
+  set_geometry(m.machine, read_geometry(f));
   m.epochs = read_epochs(f);
   for (Fields& e : f.objects("effects")) {
     const Effect& effect = find_effect(e.text("name"));

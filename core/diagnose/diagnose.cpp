@@ -66,6 +66,8 @@ struct Around {
   Library library;
 };
 
+Machine machine_of(const Campaign& campaign) { return machine_of(campaign.mechanism); }
+
 std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
   std::vector<Reading> readings;
   for (const Reading& r : campaign.readings) {
@@ -75,20 +77,23 @@ std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
 }
 
 void require_enough(const Work& w) {
-  const auto parameters = base_parameters(w.readings).size();
-  if (3 * w.readings.size() >= parameters + 9) return;
+  const auto parameters = base_parameters(machine_of(w.campaign), w.readings).size();
+  const auto coordinates =
+      static_cast<std::size_t>(measured_by(nominal_model(machine_of(w.campaign))));
+  if (coordinates * w.readings.size() >= parameters + 9) return;
   throw InputError({.what = "too few readings to look for a missing effect",
                     .got = std::to_string(w.readings.size()) + " identify readings",
-                    .expected = "at least " + std::to_string((parameters + 9 + 2) / 3) + " for " +
-                                std::to_string(parameters) + " parameters of the base",
+                    .expected = "at least " +
+                                std::to_string((parameters + 9 + coordinates - 1) / coordinates) +
+                                " for " + std::to_string(parameters) + " parameters of the base",
                     .hint = "measure more points, or use 'calibrate lsq'"});
 }
 
 void fit_base(Work& w) {
   const NoiseFloor& noise = w.out.noise;
-  w.base = fit_geometry(nominal_model(w.campaign.mechanism), w.readings, noise.used,
+  w.base = fit_geometry(nominal_model(w.campaign.mechanism), w.readings, noise.sigma(),
                         {.correlation = noise.correlation});
-  w.space = residual_space(w.base, w.readings, noise.used, noise.correlation);
+  w.space = residual_space(w.base, w.readings, noise.sigma(), noise.correlation);
   w.library = make_library(w.space);
 }
 
@@ -140,6 +145,19 @@ Around around_what_is_large(Work& w) {
   return {std::move(n.space), std::move(n.library)};
 }
 
+/// Two axes are read by an instrument each: y has a noise of its own where its residuals are not of
+/// the size of x's beyond chance. True when that changed.
+bool settle_axes(Work& w, const NoiseRatio& ratio) {
+  if (!w.space.machine.kind->has_point_platform()) return false;
+  if (!other_size(ratio.y / ratio.x, ratio.y_dof, ratio.x_dof)) return false;
+  NoiseFloor& noise = w.out.noise;
+  noise.used.xy_mm *= ratio.x;
+  noise.y_over_x *= ratio.y / ratio.x;
+  noise.rescaled = noise.source != NoiseSource::residuals;
+  fit_base(w);
+  return true;
+}
+
 /// White residuals of another size than was stated are not structure: scale, and go on.
 void settle_noise(Work& w) {
   for (int round = 0; round < 3; ++round) {
@@ -147,6 +165,7 @@ void settle_noise(Work& w) {
     const NoiseRatio ratio = noise_ratio(at.space, at.library.signals);
     const bool unknown = w.out.noise.source == NoiseSource::residuals;
     const int repeats = w.out.noise.degrees_of_freedom;
+    if (settle_axes(w, ratio)) continue;
     const bool xy = unknown || other_size(ratio.xy, ratio.xy_dof, 2 * repeats);
     const bool phi = unknown || other_size(ratio.phi, ratio.phi_dof, repeats);
     if (!xy && !phi) return;
@@ -161,8 +180,8 @@ void settle_noise(Work& w) {
 void settle_correlation(Work& w, bool known = false) {
   const auto space_with = [&](double rho) {
     return residual_space(
-        fit_geometry(w.base.model, w.readings, w.out.noise.used, {.correlation = rho}), w.readings,
-        w.out.noise.used, rho);
+        fit_geometry(w.base.model, w.readings, w.out.noise.sigma(), {.correlation = rho}),
+        w.readings, w.out.noise.sigma(), rho);
   };
   w.out.noise.correlation = noise_correlation(space_with, known);
   if (w.out.noise.correlation == 0) return;
@@ -217,7 +236,7 @@ void settle_tails(Work& w) {
   w.out.notes.emplace_back(
       "the noise has heavier tails than a normal distribution: the fit is robust, readings far off "
       "count as if they were " +
-      text_of(kWinsor) + " sigma away");
+      text_of(kWinsor[static_cast<std::size_t>(w.space.coordinates())]) + " sigma away");
   fit_base(w);
 }
 
@@ -297,7 +316,7 @@ GeometryFit fit_with(const Work& w, const Library& library, const Candidate& can
   while (!reaches(start, w.readings)) {
     for (ActiveEffect& active : start.effects) active.values /= 4;
   }
-  return fit_geometry(start, w.readings, w.out.noise.used,
+  return fit_geometry(start, w.readings, w.out.noise.sigma(),
                       {.correlation = w.out.noise.correlation});
 }
 
@@ -338,7 +357,7 @@ bool search_on_exact_model(Work& w, Naming& n) {
     before = now;
     w.out.fit = fit_with(w, n.library, n.fitted);
     if (round == kMostRounds) return true;
-    n.space = undecided_space(w.out.fit, w.readings, w.out.noise.used, w.out.noise.correlation);
+    n.space = undecided_space(w.out.fit, w.readings, w.out.noise.sigma(), w.out.noise.correlation);
     n.library = make_library(n.space);
   }
 }
@@ -412,6 +431,9 @@ void name_effects(Work& w, const Naming& n) {
           w.out.notes.push_back("1 + " + about.name + " of lead_scale" + ratio);
       }
     }
+    std::vector<int> from_0;
+    for (const int rail : named.rails) from_0.push_back(rail - 1);
+    named.sentence = sentence_of(*active.effect, fit.model.nominal, from_0);
     named.share_of_gap = total > 0 ? n.loss[e] / total : 0;
     named.p = chi2_tail(n.loss[e], static_cast<double>(named.parameters.size()));
     w.out.effects.push_back(std::move(named));
@@ -528,8 +550,7 @@ double chi2_of_unseen(const Work& w, const RobotModel& model) {
     const Prediction at = predict(model, r.conditions);
     if (!at.ok()) return INFINITY;
     const Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
-    const TrackerSigma& s = w.out.noise.used;
-    sum += d.cwiseQuotient(Eigen::Vector3d(s.xy_mm, s.xy_mm, s.phi_rad)).squaredNorm();
+    sum += d.cwiseQuotient(w.out.noise.sigma().of(model.nominal.measured)).squaredNorm();
   }
   return sum;
 }
@@ -537,7 +558,7 @@ double chi2_of_unseen(const Work& w, const RobotModel& model) {
 /// Why the named set can't stand: what it leaves, or what explains more; nothing when it can.
 std::vector<Finding> objections(const Work& w, const Naming& n) {
   if (!n.best.usual) {
-    return {{"rails",
+    return {{drives_name(*w.space.machine.kind),
              "named effects need a sign that they can't have (an overshoot is no backlash)",
              chi2_tail(n.best.gain, n.best.parameters), n.best.gain, n.best.parameters}};
   }
@@ -628,7 +649,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
     return;
   }
   const ResidualSpace left =
-      residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
+      residual_space(out.fit, w.readings, out.noise.sigma(), out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   if (took_agreement_for_noise(w, out.after, w.options.inadequate)) return decide(w, ties);
   n.mean = average(n.library, family_of(n.library, n.best, n.all));
@@ -740,7 +761,7 @@ Diagnosis diagnose(const Campaign& measured, const DiagnoseOptions& options) {
   decide(w, ties);
   if (ties.empty()) ties = blind_ties(w.out.audit, w.out.fit.model);
   w.out.next =
-      plan_next_points(w.base, w.readings, w.out.noise.used, ties,
+      plan_next_points(w.base, w.readings, w.out.noise.sigma(), ties,
                        {.new_epoch = options.new_epoch_next, .within = options.next_within});
   measure_gap(campaign, w.readings, w.base, w.out);
   for (const Reading& r : of_set(campaign, ReadingSet::predict)) {
