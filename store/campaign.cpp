@@ -4,6 +4,7 @@
 #include <set>
 
 #include "store/clock.hpp"
+#include "store/machine.hpp"
 #include "store/seal.hpp"
 #include "store/session.hpp"
 #include "store/transaction.hpp"
@@ -12,7 +13,7 @@ namespace trammel::store {
 
 namespace {
 
-constexpr const char* kImport = "import";
+constexpr const char* kImport = "import";  // an epoch's reason, and a session's devices
 
 constexpr const char* kCampaignRows =
     "SELECT campaign_id, uuid, name, kind, origin, created_utc, "
@@ -33,16 +34,6 @@ CampaignRow row_at(const Statement& row) {
           .n_exclusions = static_cast<int>(row.integer(8))};
 }
 
-void add_chains(Connection& connection, Id campaign_id, const Geometry& geometry) {
-  for (int i = 0; i < kChains; ++i) {
-    const Chain& c = geometry.chains[static_cast<std::size_t>(i)];
-    Statement insert(connection, "INSERT INTO campaign_chain VALUES (?,?,?,?,?,?,?,?,?)");
-    insert << campaign_id << i + 1 << c.alpha_rad << c.beta_rad << c.r_mm << c.S_mm << c.l_zero_mm
-           << c.R_mm << c.h_mm;
-    insert.run();
-  }
-}
-
 void add_facts(Connection& connection, Id campaign_id,
                const std::map<std::string, std::string>& facts) {
   for (const auto& [key, value] : facts) {
@@ -52,35 +43,17 @@ void add_facts(Connection& connection, Id campaign_id,
   }
 }
 
-Geometry load_geometry(Connection& connection, Id campaign_id) {
-  Geometry geometry;
-  Statement rows(connection,
-                 "SELECT alpha_rad, beta_rad, platform_r_mm, link_S_mm, l_zero_mm, rail_R_mm, h_mm "
-                 "FROM campaign_chain WHERE campaign_id = ? ORDER BY chain");
-  rows << campaign_id;
-  for (Chain& chain : geometry.chains) {
-    if (!rows.step()) throw StoreError({.what = "the campaign's mechanism is not complete"});
-    chain = {rows.real(0), rows.real(1), rows.real(2), rows.real(3),
-             rows.real(4), rows.real(5), rows.real(6)};
-  }
-  return geometry;
-}
-
 Campaign load_head(Connection& connection, Id campaign_id) {
   Statement row(connection,
-                "SELECT name, kind, screw_lead_mm, home_x_mm, home_y_mm, home_phi_rad, l_min_mm, "
-                "l_max_mm, tracker_sigma_xy_mm, tracker_sigma_phi_rad FROM campaign WHERE "
+                "SELECT name, kind, tracker_sigma_xy_mm, tracker_sigma_phi_rad FROM campaign WHERE "
                 "campaign_id = ?");
   row << campaign_id;
   if (!row.step()) throw NotFoundError({.what = "no such campaign"});
   Campaign campaign;
   campaign.name = row.text(0);
   campaign.simulated = row.text(1) == "simulated";
-  campaign.mechanism = {.geometry = load_geometry(connection, campaign_id),
-                        .screw_lead_mm = row.real(2),
-                        .home = {row.real(3), row.real(4), row.real(5)},
-                        .limits = {row.real(6), row.real(7)}};
-  if (!row.is_null(8)) campaign.tracker = TrackerSigma{row.real(8), row.real(9)};
+  campaign.machine = load_machine(connection, campaign_id);
+  if (!row.is_null(2)) campaign.tracker = TrackerSigma{row.real(2), row.real(3)};
   Statement facts(connection, "SELECT key, value FROM campaign_fact WHERE campaign_id = ?");
   facts << campaign_id;
   while (facts.step()) campaign.facts.emplace(facts.text(0), facts.text(1));
@@ -89,75 +62,119 @@ Campaign load_head(Connection& connection, Id campaign_id) {
 
 using TextBySeq = std::map<int, std::string>;
 
+const ImportedSession& session_of(const Exchange& exchange, int seq) {
+  const auto found = exchange.session_of.find(seq);
+  return exchange.sessions[found == exchange.session_of.end() ? 0 : found->second];
+}
+
 // Everything an exchange carries, in order.
-Sha256 content(const Campaign& c, const TextBySeq& extra_json, const TextBySeq& raw_reply) {
+Sha256 content(const Campaign& c, const Exchange& exchange) {
   Digest digest;
-  digest << c.name << static_cast<int>(c.simulated) << c.mechanism.screw_lead_mm;
+  digest << c.name << static_cast<int>(c.simulated) << c.machine;
   const auto pose = [&](const Pose& p) { digest << p.x_mm << p.y_mm << p.phi_rad; };
-  const GeometryVector geometry = to_vector(c.mechanism.geometry);
-  for (const double value : geometry) digest << value;
-  pose(c.mechanism.home);
-  digest << c.mechanism.limits.l_min_mm << c.mechanism.limits.l_max_mm;
   if (c.tracker) digest << c.tracker->xy_mm << c.tracker->phi_rad;
   for (const auto& [key, value] : c.facts) digest << key << value;
   for (const Reading& r : c.readings) {
-    digest << r.seq << name_of(r.set) << r.conditions.epoch << r.conditions.time_s
-           << r.conditions.temp_degc;
+    const ImportedSession& session = session_of(exchange, r.seq);
+    digest << r.seq << session.name << session.compensation << name_of(r.set) << r.conditions.epoch
+           << r.conditions.time_s << r.conditions.temp_degc;
     pose(r.target);
     for (const double value : r.conditions.cmd_mm) digest << value;
     for (const double value : r.conditions.from_mm) digest << value;
     if (r.measured) pose(*r.measured);
-    const auto extra = extra_json.find(r.seq);
-    if (extra != extra_json.end()) digest << extra->second;
-    const auto raw = raw_reply.find(r.seq);
-    if (raw != raw_reply.end()) digest << raw->second;
+    const auto extra = exchange.extra_json.find(r.seq);
+    if (extra != exchange.extra_json.end()) digest << extra->second;
+    const auto raw = exchange.raw_reply.find(r.seq);
+    if (raw != exchange.raw_reply.end()) digest << raw->second;
   }
   return digest.finish();
 }
 
 Sha256 stored_content(Connection& connection, Id campaign_id, bool with_raw) {
   const LoadedCampaign loaded = load_campaign(connection, campaign_id, {.with_excluded = true});
-  TextBySeq extra_json, raw_reply;
+  Exchange exchange;
+  exchange.sessions.clear();
+  std::map<Id, std::size_t> places;
+  for (const SessionRow& row : list_sessions(connection, campaign_id)) {
+    places[row.id] = exchange.sessions.size();
+    exchange.sessions.push_back({.name = row.name, .compensation = row.compensation_name});
+  }
   for (const StoredReading& stored : readings(connection, campaign_id)) {
     const NewReading& data = stored.data;
-    if (data.extra_json) extra_json.emplace(data.reading.seq, *data.extra_json);
-    if (with_raw && data.raw_reply) raw_reply.emplace(data.reading.seq, *data.raw_reply);
+    const int seq = data.reading.seq;
+    exchange.session_of[seq] = places.at(stored.session_id);
+    if (data.extra_json) exchange.extra_json.emplace(seq, *data.extra_json);
+    if (with_raw && data.raw_reply) exchange.raw_reply.emplace(seq, *data.raw_reply);
   }
-  return content(loaded.campaign, extra_json, raw_reply);
+  return content(loaded.campaign, exchange);
 }
 
+std::vector<Id> add_sessions(Connection& connection, Id campaign_id, const Campaign& campaign,
+                             const Exchange& exchange) {
+  std::vector<int> n_readings(exchange.sessions.size());
+  std::vector<std::set<int>> epochs(exchange.sessions.size());
+  for (const Reading& reading : campaign.readings) {
+    const auto place =
+        static_cast<std::size_t>(&session_of(exchange, reading.seq) - exchange.sessions.data());
+    ++n_readings[place];
+    epochs[place].insert(reading.conditions.epoch);
+  }
+  std::vector<Id> ids;
+  for (std::size_t k = 0; k < exchange.sessions.size(); ++k) {
+    const ImportedSession& s = exchange.sessions[k];
+    const Id id =
+        create_session(connection, {.campaign_id = campaign_id,
+                                    .name = s.name,
+                                    .compensation_name = s.compensation,
+                                    .plan_name = s.plan,
+                                    .n_imported = n_readings[k],
+                                    .n_asked = s.n_asked,
+                                    .stage = kImport,
+                                    .tracker = kImport,
+                                    .settings_json = with_roles(exchange.settings_json, s.roles)});
+    for (const int number : epochs[k]) {
+      const bool held = std::ranges::count(s.held_epochs, number) > 0;
+      add_epoch(connection, id, number, held ? kReferencesHold : kImport);
+    }
+    ids.push_back(id);
+  }
+  return ids;
+}
+
+// Runs of one session go in together.
 void import_readings(Connection& connection, Id campaign_id, const Campaign& campaign,
-                     const TextBySeq& extra_json, const std::string& settings_json,
-                     const TextBySeq& raw_reply) {
-  const Id session =
-      create_session(connection, {.campaign_id = campaign_id,
-                                  .name = kImport,
-                                  .n_imported = static_cast<int>(campaign.readings.size()),
-                                  .stage = kImport,
-                                  .tracker = kImport,
-                                  .settings_json = settings_json});
-  std::set<int> epochs;
-  for (const Reading& reading : campaign.readings) epochs.insert(reading.conditions.epoch);
-  for (const int number : epochs) add_epoch(connection, session, number, kImport);
+                     const Exchange& exchange) {
+  const std::vector<Id> ids = add_sessions(connection, campaign_id, campaign, exchange);
+  const auto id_of = [&](const Reading& reading) {
+    return ids[static_cast<std::size_t>(&session_of(exchange, reading.seq) -
+                                        exchange.sessions.data())];
+  };
+  const auto text_of = [](const TextBySeq& texts, int seq) {
+    const auto found = texts.find(seq);
+    return found == texts.end() ? std::nullopt : std::optional(found->second);
+  };
   ReadingWriter writer(connection, campaign_id);
   std::vector<NewReading> batch;
-  for (const Reading& reading : campaign.readings) {
+  for (std::size_t k = 0; k < campaign.readings.size(); ++k) {
+    const Reading& reading = campaign.readings[k];
     batch.push_back({.reading = reading});
-    const auto extra = extra_json.find(reading.seq);
-    if (extra != extra_json.end()) batch.back().extra_json = extra->second;
-    const auto raw = raw_reply.find(reading.seq);
-    if (raw != raw_reply.end()) batch.back().raw_reply = raw->second;
-    if (batch.size() < ReadingWriter::kBatch) continue;
-    writer.add_all(batch, session);
+    batch.back().extra_json = text_of(exchange.extra_json, reading.seq);
+    batch.back().raw_reply = text_of(exchange.raw_reply, reading.seq);
+    const bool run_ends =
+        k + 1 == campaign.readings.size() || id_of(campaign.readings[k + 1]) != id_of(reading);
+    if (!run_ends && batch.size() < ReadingWriter::kBatch) continue;
+    writer.add_all(batch, id_of(reading));
     batch.clear();
   }
-  writer.add_all(batch, session);
+  for (const auto& [seq, reason] : exchange.exclusions) {
+    exclude_reading(connection, campaign_id, seq, reason);
+  }
 }
 
 }  // namespace
 
 Id add_campaign(Connection& connection, const Campaign& c, bool imported) {
-  validate(c.mechanism);
+  validate(c.machine);
   Transaction transaction(connection);
   if (find_campaign(connection, c.name)) {
     throw InputError({.what = "there is a campaign of this name already",
@@ -165,18 +182,15 @@ Id add_campaign(Connection& connection, const Campaign& c, bool imported) {
                       .got = c.name,
                       .hint = "choose another name"});
   }
-  const Mechanism& m = c.mechanism;
   Statement insert(connection,
-                   "INSERT INTO campaign (uuid, name, kind, origin, created_utc, screw_lead_mm, "
-                   "home_x_mm, home_y_mm, home_phi_rad, l_min_mm, l_max_mm, tracker_sigma_xy_mm, "
-                   "tracker_sigma_phi_rad) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)");
+                   "INSERT INTO campaign (uuid, name, kind, origin, created_utc, "
+                   "tracker_sigma_xy_mm, tracker_sigma_phi_rad) VALUES (?,?,?,?,?,?,?)");
   insert << new_uuid() << c.name << (c.simulated ? "simulated" : "real")
-         << (imported ? "imported" : "measured") << utc_now() << m.screw_lead_mm << m.home.x_mm
-         << m.home.y_mm << m.home.phi_rad << m.limits.l_min_mm << m.limits.l_max_mm;
+         << (imported ? "imported" : "measured") << utc_now();
   insert << (c.tracker ? std::optional(c.tracker->xy_mm) : std::nullopt)
-         << (c.tracker ? std::optional(c.tracker->phi_rad) : std::nullopt);
+         << (c.tracker && c.machine.measured[2] ? std::optional(c.tracker->phi_rad) : std::nullopt);
   const Id id = insert.run();
-  add_chains(connection, id, m.geometry);
+  add_machine(connection, id, c.machine);
   add_facts(connection, id, c.facts);
   seal(connection, "campaign", id);
   transaction.commit();
@@ -236,18 +250,16 @@ double campaign_age_s(Connection& connection, Id campaign_id) {
 }
 
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
-                             const std::map<int, std::string>& extra_json,
-                             const std::string& settings_json,
-                             const std::map<int, std::string>& raw_reply) {
+                             const Exchange& exchange) {
   Transaction transaction(connection);
   if (const auto there = find_campaign(connection, campaign.name)) {
-    if (stored_content(connection, there->id, !raw_reply.empty()) ==
-        content(campaign, extra_json, raw_reply)) {
+    if (stored_content(connection, there->id, !exchange.raw_reply.empty()) ==
+        content(campaign, exchange)) {
       return {.campaign_id = there->id, .already_stored = true};
     }
   }
   const Id id = add_campaign(connection, campaign, true);
-  import_readings(connection, id, campaign, extra_json, settings_json, raw_reply);
+  import_readings(connection, id, campaign, exchange);
   transaction.commit();
   return {.campaign_id = id, .already_stored = false};
 }

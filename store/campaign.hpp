@@ -5,6 +5,7 @@
 
 #include "core/measure/reading.hpp"
 #include "store/reading.hpp"
+#include "store/session.hpp"
 
 namespace trammel::store {
 
@@ -43,16 +44,33 @@ struct ImportResult {
   bool already_stored = false;  // the same content is there under this name: nothing was written
 };
 
-/// Stores an exchanged campaign with all its readings as one session "import", in one transaction.
-/// `extra_json` keeps the reading's columns of other programs ({"x_…": "text"}) by seq, `raw_reply`
-/// the text it was made of; `settings_json` goes into the session: what the readings came from.
-/// Without `raw_reply` the same readings count as the same content whatever raw text is stored.
+/// A walk as it comes from elsewhere: its readings, without the plan it had there.
+struct ImportedSession {
+  std::string name = "import";
+  std::string compensation = {};  // name of a correction whose job is elsewhere; empty: baseline
+  std::string plan = {};
+  int n_asked = 0;                        // points it was to have; 0: not known
+  std::vector<int> held_epochs = {};      // those in which reference points were found again
+  std::map<int, std::string> roles = {};  // of readings by seq, as a point's
+};
+
+/// What comes with a campaign's readings, by their seq.
+struct Exchange {
+  std::map<int, std::string> extra_json = {};  // columns of other programs: {"x_…": "text"}
+  std::map<int, std::string> raw_reply = {};   // the text a reading was made of
+  std::string settings_json = "{}";  // into the sessions: what the readings came from, an object
+  std::vector<ImportedSession> sessions = {{}};
+  std::map<int, std::size_t> session_of = {};  // place in `sessions`; those left out: the first
+  std::vector<std::pair<int, std::string>> exclusions = {};  // seq and reason
+};
+
+/// Stores an exchanged campaign with all its readings, in one transaction. The same content under
+/// this name is not stored again; without `raw_reply` it is the same whatever raw text is stored,
+/// and exclusions do not count.
 /// @throws InputError  the name is taken by a campaign with other content; a number out of bounds
 ///                     (campaign_test.cpp)
 ImportResult import_campaign(Connection& connection, const Campaign& campaign,
-                             const std::map<int, std::string>& extra_json = {},
-                             const std::string& settings_json = "{}",
-                             const std::map<int, std::string>& raw_reply = {});
+                             const Exchange& exchange = {});
 
 struct LoadOptions {
   std::vector<Id> sessions = {};  // empty: all

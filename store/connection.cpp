@@ -17,7 +17,7 @@ constexpr int kBusyTimeoutMs = 10'000;
 constexpr int kLongestValueBytes = 128 * 1024 * 1024;
 
 std::string uri_of(const std::filesystem::path& file, bool immutable) {
-  if (file == ":memory:") return file.string();
+  if (file == ":memory:" || file.empty()) return file.string();
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(file).string()) {
     if (c == '?' || c == '#' || c == '%') {
@@ -43,6 +43,14 @@ void configure_sqlite() {
 }
 
 bool writable(const std::filesystem::path& folder) { return access(folder.c_str(), W_OK) == 0; }
+
+// In a folder that can not be written SQLite has no place for its -shm: without a -wal the file is
+// whole by itself and is read as it stands.
+bool stands_still(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return !writable(std::filesystem::absolute(file).parent_path()) &&
+         !std::filesystem::exists(file.string() + "-wal", ignored);
+}
 
 struct Advice {
   int code;
@@ -74,6 +82,15 @@ constexpr std::array kAdvice = {
 
 }  // namespace
 
+std::string read_only_uri(const std::filesystem::path& file) {
+  return stands_still(file) ? uri_of(file, true) : uri_of(file, false) + "?mode=ro";
+}
+
+void Connection::stand_for(const std::filesystem::path& file) {
+  file_ = file;
+  access_ = Access::read_only;
+}
+
 Connection::Connection(const std::filesystem::path& file, Access access)
     : file_(file), access_(access) {
   configure_sqlite();
@@ -90,11 +107,7 @@ Connection::Connection(const std::filesystem::path& file, Access access)
                       .got = folder ? "a folder" : "a device or a pipe",
                       .expected = "a file"});
   }
-  // In a folder that can not be written SQLite has no place for its -shm: without a -wal the file
-  // is whole by itself and is read as it stands.
-  const auto folder = std::filesystem::absolute(file).parent_path();
-  const bool immutable = access == Access::read_only && !writable(folder) &&
-                         !std::filesystem::exists(file.string() + "-wal", ignored);
+  const bool immutable = access == Access::read_only && stands_still(file);
   const int flags = SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX |
                     (access == Access::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
                     (access == Access::create ? SQLITE_OPEN_CREATE : 0);

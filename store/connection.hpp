@@ -19,6 +19,9 @@ enum class Access {
   create,     // write, and made where it is not there
 };
 
+/// The name under which SQLite opens a file to read it, whatever its characters.
+std::string read_only_uri(const std::filesystem::path& file);
+
 /// Owns the handle. One thread at a time. Statements and transactions must not outlive it.
 class Connection {
  public:
@@ -26,6 +29,7 @@ class Connection {
   /// keys, recursive triggers, trusted_schema off, defensive. Reads nothing of it yet: use open()
   /// of store/open.hpp, which also checks whose file it is.
   /// @throws StoreError  no such file, no permission
+  /// An empty name with `create`: a private database that is gone with the connection.
   Connection(const std::filesystem::path& file, Access access);
   ~Connection();
   Connection(Connection&& other) noexcept;
@@ -37,6 +41,8 @@ class Connection {
   [[nodiscard]] sqlite3* handle() const { return db_; }
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
   [[nodiscard]] Access access() const { return access_; }
+  /// From here on this is what `file` holds, to be read alone.
+  void stand_for(const std::filesystem::path& file);
 
   /// The error SQLite now holds, with its code, the file, and what to do about it.
   [[nodiscard]] StoreError error(int code, std::string_view doing) const;

@@ -9,15 +9,12 @@
 
 namespace trammel::store {
 
-namespace {
-
-std::array<unsigned char, 8> little_endian(std::uint64_t value) {
+std::array<unsigned char, 8> Digest::bytes_of(std::uint64_t value) const {
   std::array<unsigned char, 8> bytes{};
-  for (unsigned i = 0; i < 8; ++i) bytes[i] = static_cast<unsigned char>(value >> (8 * i));
+  for (unsigned i = 0; i < 8; ++i) bytes[i] = static_cast<unsigned char>(value >> (56 - 8 * i));
+  if (order_ == ByteOrder::little) std::ranges::reverse(bytes);
   return bytes;
 }
-
-}  // namespace
 
 void Digest::append(const void* bytes, std::size_t size) {
   const auto* from = static_cast<const unsigned char*>(bytes);
@@ -37,7 +34,7 @@ void Digest::append(const void* bytes, std::size_t size) {
 void Digest::add(char type, const void* bytes, std::size_t size) {
   std::array<unsigned char, 9> head{static_cast<unsigned char>(type)};
   const bool has_length = type == 't' || type == 'b';
-  if (has_length) std::ranges::copy(little_endian(size), head.begin() + 1);
+  if (has_length) std::ranges::copy(bytes_of(size), head.begin() + 1);
   append(head.data(), has_length ? head.size() : 1);
   append(bytes, size);
 }
@@ -49,7 +46,7 @@ Digest& Digest::operator<<(std::nullopt_t) {
 
 void Digest::add_number(char type, std::uint64_t bits) {
   std::array<unsigned char, 9> bytes{static_cast<unsigned char>(type)};
-  std::ranges::copy(little_endian(bits), bytes.begin() + 1);
+  std::ranges::copy(bytes_of(bits), bytes.begin() + 1);
   append(bytes.data(), bytes.size());
 }
 
@@ -73,8 +70,8 @@ Digest& Digest::operator<<(Bytes value) {
   return *this;
 }
 
-Digest& Digest::row(const Statement& statement, int columns) {
-  for (int column = 0; column < columns; ++column) {
+Digest& Digest::row(const Statement& statement, int first, int end) {
+  for (int column = first; column < end; ++column) {
     switch (sqlite3_column_type(statement.handle(), column)) {
       case SQLITE_INTEGER:
         *this << statement.integer(column);
@@ -102,8 +99,8 @@ Sha256 Digest::finish() {
   constexpr std::size_t kLengthBytes = 8;
   const std::size_t used = (filled_ + kLengthBytes) % kSha256BlockBytes;
   append(padding.data(), kSha256BlockBytes - used);
-  std::array<unsigned char, kLengthBytes> length = little_endian(n_bits);
-  std::ranges::reverse(length);
+  order_ = ByteOrder::big;
+  const std::array<unsigned char, kLengthBytes> length = bytes_of(n_bits);
   append(length.data(), length.size());
   sha256_blocks(state_, buffer_.data(), filled_ / kSha256BlockBytes);
   Sha256 result{};

@@ -11,12 +11,15 @@ namespace trammel::store {
 
 using Sha256 = std::array<unsigned char, 32>;
 
+enum class ByteOrder { big, little };
+
 /// Each value goes in as a type letter and its bytes: n; i and 8 bytes; r and the 8 bytes of the
-/// IEEE double; t or b, 8 bytes of length and the bytes. Integers little-endian. SQLite does not
-/// keep the sign of zero: -0.0 goes in as 0.0, so that a value gives the same digest before and
-/// after it was stored.
+/// IEEE double; t or b, 8 bytes of length and the bytes. Integers big-endian (little-endian in
+/// databases before version 5). SQLite does not keep the sign of zero: -0.0 goes in as 0.0, so that
+/// a value gives the same digest before and after it was stored.
 class Digest {
  public:
+  explicit Digest(ByteOrder order = ByteOrder::big) : order_(order) {}
   Digest& operator<<(std::nullopt_t);
   Digest& operator<<(std::int64_t value);
   Digest& operator<<(int value) { return *this << std::int64_t{value}; }
@@ -29,14 +32,16 @@ class Digest {
   Digest& operator<<(const std::optional<T>& value) {
     return value ? *this << *value : *this << std::nullopt;
   }
-  /// The row's first `columns` columns, as SQLite holds them.
-  Digest& row(const Statement& statement, int columns);
+  /// The row's columns from `first` to before `end`, as SQLite holds them.
+  Digest& row(const Statement& statement, int first, int end);
   Sha256 finish();
 
  private:
   void add(char type, const void* bytes, std::size_t size);
   void add_number(char type, std::uint64_t bits);
   void append(const void* bytes, std::size_t size);
+  [[nodiscard]] std::array<unsigned char, 8> bytes_of(std::uint64_t value) const;
+  ByteOrder order_;
   Sha256State state_ = kSha256Start;
   std::array<unsigned char, 16 * kSha256BlockBytes> buffer_;  // a reading fits
   std::size_t filled_ = 0;

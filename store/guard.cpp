@@ -59,29 +59,7 @@ int only_add(void* unused, int action, const char* first, const char* second, co
   }
 }
 
-int only_grow(void*, int action, const char* first, const char*, const char*, const char*) {
-  switch (action) {
-    case SQLITE_DROP_TABLE:
-    case SQLITE_DROP_INDEX:
-    case SQLITE_DROP_TRIGGER:
-    case SQLITE_ALTER_TABLE:
-    case SQLITE_ATTACH:
-    case SQLITE_DETACH:
-      return SQLITE_DENY;
-    case SQLITE_UPDATE:
-    case SQLITE_DELETE:  // the schema's own rows; SQLite asks for a view by its name
-      return allow(std::string_view(first).starts_with("sqlite_") ||
-                   std::string_view(first).starts_with("v_"));
-    default:
-      return SQLITE_OK;
-  }
-}
-
 }  // namespace
-
-void guard_migration(Connection& connection) {
-  sqlite3_set_authorizer(connection.handle(), only_grow, nullptr);
-}
 
 void guard_writes(Connection& connection) {
   sqlite3_set_authorizer(connection.handle(), only_add, nullptr);

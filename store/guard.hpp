@@ -9,10 +9,6 @@ namespace trammel::store {
 /// (Triggers refuse them too, for other programs.) guard_test.cpp.
 void guard_writes(Connection& connection);
 
-/// A migration may add tables, views, guards and rows, and make a view anew. It can neither drop
-/// nor alter a table, take away a guard, nor change or delete a row.
-void guard_migration(Connection& connection);
-
 /// As guard_writes, and no row can be added either: only SELECT.
 void guard_reads(Connection& connection);
 

@@ -42,12 +42,12 @@ void add_statistics(Connection& connection, Id job_id, const std::vector<Statist
 Id add_row(Connection& connection, const NewJob& job) {
   const Provenance program = this_program();
   Statement insert(connection,
-                   "INSERT INTO job (campaign_id, key, run, stage, algorithm_version, "
+                   "INSERT INTO job (campaign_id, key, key_scheme, run, stage, algorithm_version, "
                    "parameters_json, model_json, result_json, n_readings, tool_version, "
                    "git_revision, compiler, libraries, cpu_level, created_utc, duration_s) "
-                   "SELECT ?1, ?2, 1 + coalesce(max(run), 0), ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, "
-                   "?11, ?12, ?13, ?14, ?15 FROM job WHERE key = ?2");
-  insert << job.campaign_id << job.key.key << job.stage << job.algorithm_version
+                   "SELECT ?1, ?2, ?3, 1 + coalesce(max(run), 0), ?4, ?5, ?6, ?7, ?8, ?9, ?10, "
+                   "?11, ?12, ?13, ?14, ?15, ?16 FROM job WHERE campaign_id = ?1 AND key = ?2");
+  insert << job.campaign_id << job.key.key << job.key.scheme << job.stage << job.algorithm_version
          << canonical_json(job.parameters_json, "parameters")
          << canonical_json(job.model_json, "model") << job.result_json << job.n_readings
          << program.tool_version << program.git_revision << program.compiler << program.libraries
@@ -118,10 +118,11 @@ std::optional<Id> newest_job(Connection& connection, Id campaign_id, std::string
 }
 
 Job get_job(Connection& connection, Id job_id) {
-  Statement row(connection,
-                "SELECT campaign_id, key, run, stage, algorithm_version, parameters_json, "
-                "model_json, result_json, n_readings, tool_version, git_revision, compiler, "
-                "libraries, cpu_level, created_utc, duration_s FROM job WHERE job_id = ?");
+  Statement row(
+      connection,
+      "SELECT campaign_id, key, run, stage, algorithm_version, parameters_json, "
+      "model_json, result_json, n_readings, tool_version, git_revision, compiler, "
+      "libraries, cpu_level, created_utc, duration_s, key_scheme FROM job WHERE job_id = ?");
   row << job_id;
   if (!row.step()) {
     throw NotFoundError({.what = "no such job", .got = std::to_string(job_id)});
@@ -131,7 +132,7 @@ Job get_job(Connection& connection, Id job_id) {
           .created_utc = row.text(14),
           .provenance = {row.text(9), row.text(10), row.text(11), row.text(12), row.text(13)},
           .data = {.campaign_id = row.integer(0),
-                   .key = {row.text(1), {}},
+                   .key = {row.text(1), {}, static_cast<int>(row.integer(16))},
                    .stage = row.text(3),
                    .algorithm_version = static_cast<int>(row.integer(4)),
                    .parameters_json = stored_json(row, 5),

@@ -52,7 +52,7 @@ struct NewJob {
 
 struct Job {
   Id id = 0;
-  int run = 1;  // of its key; more than one where forced, or where campaigns have equal readings
+  int run = 1;  // of its key in the campaign; more than one where forced
   std::string created_utc;
   Provenance provenance;
   NewJob data;

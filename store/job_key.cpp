@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "store/digest.hpp"
+#include "store/machine.hpp"
 #include "store/reading.hpp"
 
 namespace trammel::store {
@@ -13,42 +14,53 @@ namespace {
 void add(Digest& digest, const Pose& pose) { digest << pose.x_mm << pose.y_mm << pose.phi_rad; }
 void add(Digest& digest, const Displacements& l_mm) { digest << l_mm[0] << l_mm[1] << l_mm[2]; }
 
-std::string model_part(const JobKeyInput& input) {
-  const Campaign& campaign = input.campaign;
-  Digest digest;
-  digest << canonical_json(input.model_json, "model");
-  const GeometryVector geometry = to_vector(campaign.mechanism.geometry);
-  for (const double value : geometry) digest << value;
-  digest << campaign.mechanism.screw_lead_mm << campaign.mechanism.limits.l_min_mm
-         << campaign.mechanism.limits.l_max_mm;
-  add(digest, campaign.mechanism.home);
-  digest << static_cast<int>(campaign.tracker.has_value());
-  if (campaign.tracker) digest << campaign.tracker->xy_mm << campaign.tracker->phi_rad;
-  return hex(digest.finish());
-}
+/// The parts of a key, by one scheme.
+struct Parts {
+  ByteOrder order = ByteOrder::big;
 
-std::string readings_part(const std::vector<Reading>& readings) {
-  Digest digest;
-  for (const Reading& r : readings) {
-    digest << r.seq << name_of(r.set);
-    add(digest, r.target);
-    add(digest, r.conditions.cmd_mm);
-    add(digest, r.conditions.from_mm);
-    digest << r.conditions.epoch << r.conditions.time_s << r.conditions.temp_degc;
-    digest << static_cast<int>(r.measured.has_value());
-    if (r.measured) add(digest, *r.measured);
+  [[nodiscard]] std::string model(const JobKeyInput& input) const {
+    const Campaign& campaign = input.campaign;
+    Digest digest(order);
+    digest << canonical_json(input.model_json, "model");
+    if (order == ByteOrder::big) {
+      digest << campaign.machine;
+    } else {
+      const Mechanism mechanism = mechanism_of(campaign.machine);
+      const GeometryVector geometry = to_vector(mechanism.geometry);
+      for (const double value : geometry) digest << value;
+      digest << mechanism.screw_lead_mm << mechanism.limits.l_min_mm << mechanism.limits.l_max_mm;
+      add(digest, mechanism.home);
+    }
+    digest << static_cast<int>(campaign.tracker.has_value());
+    if (campaign.tracker) digest << campaign.tracker->xy_mm << campaign.tracker->phi_rad;
+    return hex(digest.finish());
   }
-  return hex(digest.finish());
-}
 
-template <class Values>
-std::string list_part(const Values& values) {
-  Digest digest;
-  for (const auto& value : values) digest << value;
-  return hex(digest.finish());
-}
+  [[nodiscard]] std::string readings(const std::vector<Reading>& readings) const {
+    Digest digest(order);
+    for (const Reading& r : readings) {
+      digest << r.seq << name_of(r.set);
+      add(digest, r.target);
+      add(digest, r.conditions.cmd_mm);
+      add(digest, r.conditions.from_mm);
+      digest << r.conditions.epoch << r.conditions.time_s << r.conditions.temp_degc;
+      digest << static_cast<int>(r.measured.has_value());
+      if (r.measured) add(digest, *r.measured);
+    }
+    return hex(digest.finish());
+  }
 
-std::string text_part(const std::string& text) { return hex((Digest() << text).finish()); }
+  template <class Values>
+  [[nodiscard]] std::string list(const Values& values) const {
+    Digest digest(order);
+    for (const auto& value : values) digest << value;
+    return hex(digest.finish());
+  }
+
+  [[nodiscard]] std::string text(const std::string& text) const {
+    return hex((Digest(order) << text).finish());
+  }
+};
 
 }  // namespace
 
@@ -60,17 +72,18 @@ std::string canonical_json(const std::string& text, const std::string& field) {
   }
 }
 
-JobKey job_key(const JobKeyInput& input) {
-  JobKey result;
-  result.parts = {{"stage", text_part(input.stage)},
-                  {"algorithm_version", text_part(std::to_string(input.algorithm_version))},
-                  {"parameters", text_part(canonical_json(input.parameters_json, "parameters"))},
-                  {"model", model_part(input)},
-                  {"readings", readings_part(input.campaign.readings)},
-                  {"exclusions", list_part(input.excluded_seqs)},
-                  {"parents", list_part(input.parent_keys)}};
-  Digest digest;
-  for (const auto& [part, sha256] : result.parts) digest << part << sha256;
+JobKey job_key(const JobKeyInput& input, int scheme) {
+  const Parts part{scheme == kKeyScheme ? ByteOrder::big : ByteOrder::little};
+  JobKey result{.scheme = scheme};
+  result.parts = {{"stage", part.text(input.stage)},
+                  {"algorithm_version", part.text(std::to_string(input.algorithm_version))},
+                  {"parameters", part.text(canonical_json(input.parameters_json, "parameters"))},
+                  {"model", part.model(input)},
+                  {"readings", part.readings(input.campaign.readings)},
+                  {"exclusions", part.list(input.excluded_seqs)},
+                  {"parents", part.list(input.parent_keys)}};
+  Digest digest(part.order);
+  for (const auto& [name, sha256] : result.parts) digest << name << sha256;
   result.key = hex(digest.finish());
   return result;
 }

@@ -10,7 +10,9 @@
 #include "store/guard.hpp"
 #include "store/migrations.hpp"
 #include "store/place.hpp"
+#include "store/scheme.hpp"
 #include "store/statement.hpp"
+#include "store/take_over.hpp"
 #include "store/transaction.hpp"
 
 namespace trammel::store {
@@ -50,12 +52,15 @@ StoreError not_ours(const Connection& connection, std::string got, std::string e
                      .hint = "name another file with --db"});
 }
 
+// The first of the files that make the schema of a version: 0005 begins anew.
+int first_text(int version) { return version < kRedrawn ? 0 : kRedrawn - 1; }
+
 // SQLite keeps the text of each CREATE as our files have it: when there are as many as we made,
 // less the views that a later file makes anew, and each stands in the files, all is as it should
 // be.
 bool is_as_written(const Schema& found, int version) {
   std::string text;
-  for (int v = 0; v < version; ++v) {
+  for (int v = first_text(version); v < version; ++v) {
     text += "\n" + std::string(migrations()[static_cast<std::size_t>(v)]);
   }
   const auto count = [&text](std::string_view words) {
@@ -142,6 +147,26 @@ void look_through(const std::filesystem::path& file) {
                     .hint = "nothing is written to it; see `trammel db verify`, restore a backup"});
 }
 
+void require_file_name(const std::filesystem::path& file) {
+  // SQLite would make a database that is gone with the process: nothing to keep readings in.
+  if (!file.empty() && file != ":memory:" && !file.string().starts_with("file:")) return;
+  throw StoreError({.what = "this is no name of a database's file",
+                    .got = "'" + file.string() + "'",
+                    .expected = "a file, by --db or TRAMMEL_DB"});
+}
+
+// What an older file holds.
+Connection in_this_form(const std::filesystem::path& file, int version) {
+  Connection copy("", Access::create);
+  copy.execute("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
+  create_schema(copy, newest_version());
+  take_over(copy, file, version);
+  copy.stand_for(file);
+  copy.execute("PRAGMA query_only = ON");
+  guard_reads(copy);
+  return copy;
+}
+
 }  // namespace
 
 int newest_version() { return static_cast<int>(migrations().size()); }
@@ -152,7 +177,9 @@ int version_of(Connection& connection) {
 
 void create_schema(Connection& connection, int version) {
   connection.execute("PRAGMA application_id = " + std::to_string(kApplicationId));
-  for (int v = 0; v < version; ++v) connection.execute(migrations()[static_cast<std::size_t>(v)]);
+  for (int v = first_text(version); v < version; ++v) {
+    connection.execute(migrations()[static_cast<std::size_t>(v)]);
+  }
   connection.execute("PRAGMA user_version = " + std::to_string(version));
 }
 
@@ -181,26 +208,31 @@ void check_identity(Connection& connection) {
   check_schema(connection, version);
 }
 
+Connection open_as_it_is(const std::filesystem::path& file) {
+  require_file_name(file);
+  Connection connection(file, Access::read_only);
+  connection.execute("PRAGMA cell_size_check = ON; PRAGMA query_only = ON");
+  check_identity(connection);
+  guard_reads(connection);
+  return connection;
+}
+
 Connection open(const std::filesystem::path& file, Access access) {
-  // SQLite would make a database that is gone with the process: nothing to keep readings in.
-  if (file.empty() || file == ":memory:" || file.string().starts_with("file:")) {
-    throw StoreError({.what = "this is no name of a database's file",
-                      .got = "'" + file.string() + "'",
-                      .expected = "a file, by --db or TRAMMEL_DB"});
+  if (access == Access::read_only) {
+    Connection connection = open_as_it_is(file);
+    const int version = version_of(connection);
+    if (version == newest_version()) return connection;
+    return in_this_form(file, version);
   }
-  if (access != Access::read_only) look_through(file);
+  require_file_name(file);
+  look_through(file);
   Connection connection(file, access);
   connection.execute("PRAGMA recursive_triggers = ON; PRAGMA cell_size_check = ON");
   if (access == Access::create && is_empty(connection)) initialise(connection);
   check_identity(connection);
-  if (access == Access::read_only) {
-    connection.execute("PRAGMA query_only = ON");
-    guard_reads(connection);
-  } else {
-    use_wal(connection);
-    connection.execute("PRAGMA synchronous = FULL");
-    guard_writes(connection);
-  }
+  use_wal(connection);
+  connection.execute("PRAGMA synchronous = FULL");
+  guard_writes(connection);
   return connection;
 }
 

@@ -17,9 +17,14 @@ int newest_version();
 ///
 /// @throws NotFoundError  there is no such file (unless `create`)
 /// @throws StoreError     not a database; another program's; a newer version's (both are named); an
-///                        older one's, to be written (`db migrate` first; it opens read-only); its
+///                        older one's, to be written (`db migrate` first; to be read, a copy in
+///                        this version's form is made in a private database); its
 ///                        schema is not what its version says; damaged; no permission
 Connection open(const std::filesystem::path& file, Access access);
+
+/// The file itself, to be read, whatever its version: an older one's tables are its own. For checks
+/// and copies; open() gives what an older file holds as this version's tables.
+Connection open_as_it_is(const std::filesystem::path& file);
 
 /// The version of an open database.
 int version_of(Connection& connection);

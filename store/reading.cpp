@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "store/clock.hpp"
 #include "store/job_key.hpp"
@@ -51,14 +52,26 @@ struct Row {
     digest << value;
     return *this;
   }
-  Row& operator<<(const Pose& pose) { return *this << pose.x_mm << pose.y_mm << pose.phi_rad; }
-  Row& operator<<(const Displacements& l_mm) { return *this << l_mm[0] << l_mm[1] << l_mm[2]; }
-  template <class T>
-  Row& triple(const std::optional<T>& value) {
-    if (value) return *this << *value;
-    return *this << std::nullopt << std::nullopt << std::nullopt;
+  // SQLite takes NaN for NULL, and NULL is what is not there.
+  static double finite(double value) {
+    if (std::isfinite(value)) return value;
+    throw StoreError({.what = "the database takes finite numbers alone", .got = "NaN or infinity"});
+  }
+  /// Of three numbers those that there are.
+  Row& triple(const Eigen::Vector3d& values, const Coordinates& there) {
+    for (int i = 0; i < 3; ++i) {
+      if (there[static_cast<std::size_t>(i)]) {
+        *this << finite(values[i]);
+      } else {
+        *this << std::nullopt;
+      }
+    }
+    return *this;
   }
 };
+
+constexpr Coordinates kNone = {};
+Coordinates first(int n) { return {n > 0, n > 1, n > 2}; }
 
 Pose pose_at(const Statement& row, int column) {
   return {row.real(column), row.real(column + 1), row.real(column + 2)};
@@ -66,6 +79,17 @@ Pose pose_at(const Statement& row, int column) {
 
 Displacements displacements_at(const Statement& row, int column) {
   return {row.real(column), row.real(column + 1), row.real(column + 2)};
+}
+
+// A drive or a coordinate that the machine has not is nobody's to state.
+void require_absent(const Eigen::Vector3d& values, const Coordinates& there, const char* what,
+                    int seq) {
+  for (int i = 0; i < 3; ++i) {
+    if (there[static_cast<std::size_t>(i)] || values[i] == 0) continue;
+    throw InputError({.what = std::string(what) + " that the campaign's machine has not",
+                      .where = {.point = "seq " + std::to_string(seq)},
+                      .got = std::to_string(values[i])});
+  }
 }
 
 // The CHECK on its length binds who wrote the row, not who changed the file.
@@ -90,7 +114,7 @@ Reading reading_at(const Statement& row) {
                                  .time_s = row.optional_real(kTime),
                                  .temp_degc = row.optional_real(kTemp)},
                   .measured = {}};
-  if (!row.is_null(kMeasured)) reading.measured = pose_at(row, kMeasured);
+  if (reading.set != ReadingSet::predict) reading.measured = pose_at(row, kMeasured);
   return reading;
 }
 
@@ -119,12 +143,14 @@ void for_each_row(Connection& connection, const std::string& columns, Id campaig
 
 }  // namespace
 
-constexpr int kChained = 26;  // all but the last, sha256
-const char* const kReadingColumns =
-    "reading_id, campaign_id, seq, session_id, epoch, attempt_id, reading_set, target_x_mm, "
-    "target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, "
-    "from_l3_mm, x_mm, y_mm, phi_rad, encoder_l1_mm, encoder_l2_mm, encoder_l3_mm, time_s, "
-    "temp_degc, raw_reply, extra_json, sha256";
+const char* const kChainedReadings =
+    "SELECT reading_id, reading.campaign_id, reading.seq, session.name, epoch, point.seq, "
+    "attempt.number, reading.reading_set, reading.target_x_mm, reading.target_y_mm, "
+    "reading.target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, from_l3_mm, "
+    "x_mm, y_mm, phi_rad, encoder_l1_mm, encoder_l2_mm, encoder_l3_mm, time_s, temp_degc, "
+    "raw_reply, extra_json, sha256 FROM reading NOT INDEXED "
+    "LEFT JOIN session ON session.session_id = reading.session_id "
+    "LEFT JOIN attempt USING (attempt_id) LEFT JOIN point USING (point_id) ORDER BY reading_id";
 
 const char* name_of(ReadingSet set) { return kSets[static_cast<std::size_t>(set)]; }
 
@@ -140,39 +166,85 @@ ReadingSet reading_set(std::string_view name) {
 
 namespace {
 
+constexpr const char* kStoredColumns =
+    "reading_id, campaign_id, session_id, attempt_id, seq, epoch, reading_set, target_x_mm, "
+    "target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, "
+    "from_l3_mm, x_mm, y_mm, phi_rad, encoder_l1_mm, encoder_l2_mm, encoder_l3_mm, time_s, "
+    "temp_degc, raw_reply, extra_json, sha256";
+
 std::string insert_of(std::size_t rows) {
   const std::string row = "(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
-  std::string sql = std::string("INSERT INTO reading (") + kReadingColumns + ") VALUES " + row;
+  std::string sql = std::string("INSERT INTO reading (") + kStoredColumns + ") VALUES " + row;
   for (; rows > 1; --rows) sql += "," + row;
   return sql;
 }
 
 }  // namespace
 
+Shape shape_of(Connection& connection, Id campaign_id) {
+  Statement row(connection,
+                "SELECT (SELECT count(*) FROM drive WHERE drive.campaign_id = "
+                "machine.campaign_id), measures_x, measures_y, measures_phi FROM machine WHERE "
+                "campaign_id = ?");
+  row << campaign_id;
+  if (!row.step()) throw NotFoundError({.what = "no such campaign"});
+  return {static_cast<int>(row.integer(0)),
+          {row.integer(1) != 0, row.integer(2) != 0, row.integer(3) != 0}};
+}
+
 ReadingWriter::ReadingWriter(Connection& connection, Id campaign_id)
-    : connection_(connection), insert_(connection, insert_of(1)), campaign_id_(campaign_id) {
+    : connection_(connection),
+      insert_(connection, insert_of(1)),
+      campaign_id_(campaign_id),
+      shape_(shape_of(connection, campaign_id)) {
   Statement largest(connection, "SELECT coalesce(max(reading_id), 0) FROM reading");
   if (largest.step()) end_.next_id = largest.integer(0) + 1;
   Statement last(connection,
-                 "SELECT seq, sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
+                 "SELECT seq FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
   last << campaign_id;
-  if (!last.step()) return;
-  end_.seq = static_cast<int>(last.integer(0));
-  end_.head = sha256_at(last, 1);
+  if (last.step()) end_.seq = static_cast<int>(last.integer(0));
+  end_.head = chain_head(connection, campaign_id);
 }
 
-int ReadingWriter::bind(Statement& insert, const NewReading& data, Id session_id,
-                        std::optional<Id> attempt) {
+ReadingWriter::Belongs ReadingWriter::belongs(Id session_id, std::optional<Id> attempt_id) {
+  Belongs to;
+  to.session_id = session_id;
+  to.attempt_id = attempt_id;
+  Statement session(connection_, "SELECT name FROM session WHERE session_id = ?");
+  session << session_id;
+  if (session.step()) to.session = session.text(0);
+  if (!attempt_id) return to;
+  Statement attempt(connection_,
+                    "SELECT seq, number FROM attempt JOIN point USING (point_id) WHERE "
+                    "attempt_id = ?");
+  attempt << *attempt_id;
+  if (!attempt.step()) return to;
+  to.point = attempt.integer(0);
+  to.attempt = attempt.integer(1);
+  return to;
+}
+
+int ReadingWriter::bind(Statement& insert, const NewReading& data, const Belongs& to) {
   if (data.extra_json) static_cast<void>(canonical_json(*data.extra_json, "extra_json"));
   const Reading& reading = data.reading;
   const int seq = reading.seq > 0 ? reading.seq : end_.seq + 1;
+  const Coordinates drives = first(shape_.drives);
+  const Eigen::Vector3d measured = reading.measured.value_or(Pose{}).vector();
+  require_absent(reading.target.vector(), drives, "a coordinate of the target", seq);
+  require_absent(reading.conditions.cmd_mm, drives, "a command of a drive", seq);
+  require_absent(measured, shape_.measured, "a coordinate", seq);
   Digest digest;
-  digest << Bytes(end_.head);
+  digest << Bytes(end_.head) << seq << to.session << reading.conditions.epoch << to.point
+         << to.attempt;
+  insert << end_.next_id << campaign_id_ << to.session_id << to.attempt_id << seq
+         << reading.conditions.epoch;
   Row row{insert, digest};
-  row << end_.next_id << campaign_id_ << seq << session_id << reading.conditions.epoch << attempt
-      << name_of(reading.set) << reading.target << reading.conditions.cmd_mm
-      << reading.conditions.from_mm;
-  row.triple(reading.measured).triple(data.encoder_mm);
+  row << name_of(reading.set);
+  row.triple(reading.target.vector(), drives)
+      .triple(reading.conditions.cmd_mm, drives)
+      .triple(reading.conditions.from_mm, drives)
+      .triple(measured, reading.measured ? shape_.measured : kNone)
+      .triple(data.encoder_mm.value_or(Displacements::Zero()), data.encoder_mm ? drives : kNone);
   row << reading.conditions.time_s << reading.conditions.temp_degc << data.raw_reply
       << data.extra_json;
   end_ = {.next_id = end_.next_id + 1, .seq = seq, .head = digest.finish()};
@@ -181,10 +253,14 @@ int ReadingWriter::bind(Statement& insert, const NewReading& data, Id session_id
 }
 
 int ReadingWriter::add(const NewReading& data, Id session_id, std::optional<Id> attempt_id) {
+  return add(data, belongs(session_id, attempt_id));
+}
+
+int ReadingWriter::add(const NewReading& data, const Belongs& to) {
   const End before = end_;
   try {
     insert_.reset();
-    const int seq = bind(insert_, data, session_id, attempt_id);
+    const int seq = bind(insert_, data, to);
     insert_.run();
     return seq;
   } catch (...) {
@@ -196,11 +272,12 @@ int ReadingWriter::add(const NewReading& data, Id session_id, std::optional<Id> 
 void ReadingWriter::add_all(std::span<const NewReading> all, Id session_id) {
   static const std::string sql = insert_of(kBatch);
   Statement many(connection_, sql);
+  const Belongs to = belongs(session_id, {});
   for (; all.size() >= kBatch; all = all.subspan(kBatch)) {
     const End before = end_;
     try {
       many.reset();
-      for (const NewReading& data : all.first(kBatch)) bind(many, data, session_id, {});
+      for (const NewReading& data : all.first(kBatch)) bind(many, data, to);
       many.run();
     } catch (const Error&) {  // none of them is stored: one by one tells which
       end_ = before;
@@ -209,7 +286,7 @@ void ReadingWriter::add_all(std::span<const NewReading> all, Id session_id) {
   }
   for (const NewReading& data : all) {
     try {
-      add(data, session_id, {});
+      add(data, to);
     } catch (const StoreError& error) {
       ErrorText text = error.text();
       text.where.point = "seq " + std::to_string(data.reading.seq);
@@ -236,19 +313,16 @@ std::vector<SessionReading> session_readings(Connection& connection, Id campaign
   return all;
 }
 
+Sha256 chain_start(std::string_view uuid) { return (Digest() << uuid).finish(); }
+
 Sha256 chain_head(Connection& connection, Id campaign_id) {
-  Sha256 head{};
   Statement last(connection,
                  "SELECT sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
   last << campaign_id;
-  if (last.step()) head = sha256_at(last, 0);
-  return head;
-}
-
-Sha256 chained(const Sha256& head, const Statement& row) {
-  Digest digest;
-  digest << Bytes(head);
-  return digest.row(row, kChained).finish();
+  if (last.step()) return sha256_at(last, 0);
+  Statement campaign(connection, "SELECT uuid FROM campaign WHERE campaign_id = ?");
+  campaign << campaign_id;
+  return chain_start(campaign.step() ? campaign.text(0) : "");
 }
 
 Id exclude_reading(Connection& connection, Id campaign_id, int seq, std::string_view reason) {

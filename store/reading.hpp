@@ -32,9 +32,18 @@ struct Exclusion {
   std::string created_utc;
 };
 
+/// How many drives a campaign's readings have, and which coordinates are measured. The rest is NULL
+/// in the file, and 0 in memory.
+struct Shape {
+  int drives = 3;
+  Coordinates measured = {true, true, true};
+};
+Shape shape_of(Connection& connection, Id campaign_id);
+
 /// Adds readings of one campaign, in a transaction of the caller's, and keeps the chain's end.
 class ReadingWriter {
  public:
+  /// @throws InputError (of add)  a drive or a coordinate that the campaign's machine has not
   ReadingWriter(Connection& connection, Id campaign_id);
 
   /// Returns the reading's seq.
@@ -53,10 +62,20 @@ class ReadingWriter {
     int seq = 0;
     Sha256 head{};
   };
-  int bind(Statement& insert, const NewReading& reading, Id session_id, std::optional<Id> attempt);
+  /// Where a reading belongs, by natural keys: they go into the digest.
+  struct Belongs {
+    Id session_id = 0;
+    std::string session = {};
+    std::optional<Id> attempt_id = {};
+    std::optional<std::int64_t> point = {}, attempt = {};
+  };
+  Belongs belongs(Id session_id, std::optional<Id> attempt_id);
+  int bind(Statement& insert, const NewReading& reading, const Belongs& to);
+  int add(const NewReading& reading, const Belongs& to);
   Connection& connection_;
   Statement insert_;
   Id campaign_id_;
+  Shape shape_;
   End end_;
 };
 
@@ -72,14 +91,15 @@ struct SessionReading {
 std::vector<SessionReading> session_readings(Connection& connection, Id campaign_id,
                                              const std::vector<Id>& sessions = {});
 
-/// The chain's end: SHA-256 over all that was read, in order. Zeros for a campaign without
-/// readings.
+/// The chain's end: SHA-256 over all that was read, in order, beginning with the campaign's uuid.
 Sha256 chain_head(Connection& connection, Id campaign_id);
+/// Where the chain of a campaign begins.
+Sha256 chain_start(std::string_view uuid);
 
-/// What stands in the chain for `row`, a row of `SELECT kReadingColumns FROM reading`, after
-/// `head`.
-extern const char* const kReadingColumns;
-Sha256 chained(const Sha256& head, const Statement& row);
+/// Readings as the chain has them: reading_id, campaign_id, then what is digested, from
+/// kFirstChained to kEndChained, then sha256.
+extern const char* const kChainedReadings;
+inline constexpr int kFirstChained = 2, kEndChained = 27;
 
 /// Marks a reading to be left out by later jobs. It stays stored.
 /// @throws NotFoundError  no such reading

@@ -1,6 +1,8 @@
 #include "store/session.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <nlohmann/json.hpp>
 
 #include "store/clock.hpp"
 #include "store/job_key.hpp"
@@ -14,8 +16,8 @@ namespace trammel::store {
 namespace {
 
 constexpr const char* kSessionRows =
-    "SELECT session_id, campaign_id, name, compensation_job_id, plan_name, stage, tracker, "
-    "settings_json, created_utc, n_points, "
+    "SELECT session_id, campaign_id, name, compensation_job_id, compensation_name, plan_name, "
+    "stage, tracker, settings_json, created_utc, n_points, n_asked, "
     "(SELECT count(*) FROM attempt JOIN point USING (point_id) "
     "  WHERE point.session_id = session.session_id AND status = 'ok'), "
     "(SELECT count(*) FROM reading WHERE reading.session_id = session.session_id), "
@@ -29,27 +31,33 @@ SessionRow session_at(const Statement& row) {
           .campaign_id = row.integer(1),
           .name = row.text(2),
           .compensation_job = row.optional_integer(3),
-          .plan_name = row.text(4),
-          .stage = row.text(5),
-          .tracker = row.text(6),
-          .settings_json = stored_json(row, 7),
-          .created_utc = row.text(8),
-          .n_points = static_cast<int>(row.integer(9)),
-          .n_ok = static_cast<int>(row.integer(10)),
-          .n_readings = static_cast<int>(row.integer(11)),
-          .last_event = row.text(12)};
+          .compensation_name = row.text(4),
+          .plan_name = row.text(5),
+          .stage = row.text(6),
+          .tracker = row.text(7),
+          .settings_json = stored_json(row, 8),
+          .created_utc = row.text(9),
+          .n_points = static_cast<int>(row.integer(10)),
+          .n_asked = static_cast<int>(row.integer(11)),
+          .n_ok = static_cast<int>(row.integer(12)),
+          .n_readings = static_cast<int>(row.integer(13)),
+          .last_event = row.text(14)};
 }
 
-void add_point(Connection& connection, Id session_id, const Point& p) {
+void add_point(Connection& connection, Id session_id, int n_drives, const Point& p) {
+  const auto there = [&](int i, auto value) {
+    return i < n_drives ? std::optional(value) : std::nullopt;
+  };
   Statement insert(
       connection,
       "INSERT INTO point (session_id, seq, reading_set, target_x_mm, target_y_mm, "
       "target_phi_rad, approach_1, approach_2, approach_3, repeat, is_reference, role, "
       "planned_l1_mm, planned_l2_mm, planned_l3_mm) "
       "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-  insert << session_id << p.seq << name_of(p.set) << p.target.x_mm << p.target.y_mm
-         << p.target.phi_rad << p.approach[0] << p.approach[1] << p.approach[2] << p.repeat
-         << p.reference << p.role << p.planned_mm[0] << p.planned_mm[1] << p.planned_mm[2];
+  insert << session_id << p.seq << name_of(p.set) << p.target.x_mm << there(1, p.target.y_mm)
+         << there(2, p.target.phi_rad) << p.approach[0] << there(1, p.approach[1])
+         << there(2, p.approach[2]) << p.repeat << p.reference << p.role << p.planned_mm[0]
+         << there(1, p.planned_mm[1]) << there(2, p.planned_mm[2]);
   insert.run();
 }
 
@@ -108,14 +116,17 @@ Id create_session(Connection& connection, const NewSession& s) {
          .hint = finished ? "choose another name" : "resume it, or choose another name"});
   }
   Statement insert(connection,
-                   "INSERT INTO session (campaign_id, name, compensation_job_id, plan_name, "
-                   "n_points, n_imported, stage, tracker, settings_json, tool_version, "
-                   "created_utc) VALUES (?,?,?,?,?,?,?,?,?,?,?)");
-  insert << s.campaign_id << s.name << s.compensation_job << s.plan_name
-         << static_cast<int>(s.points.size()) << s.n_imported << s.stage << s.tracker
+                   "INSERT INTO session (campaign_id, name, compensation_job_id, "
+                   "compensation_name, plan_name, n_points, n_imported, n_asked, stage, tracker, "
+                   "settings_json, tool_version, created_utc) VALUES (?1, ?2, ?3, "
+                   "coalesce(nullif(?4, ''), (SELECT stage FROM job WHERE job_id = ?3), ''), "
+                   "?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)");
+  insert << s.campaign_id << s.name << s.compensation_job << s.compensation_name << s.plan_name
+         << static_cast<int>(s.points.size()) << s.n_imported << s.n_asked << s.stage << s.tracker
          << canonical_json(s.settings_json, "settings") << this_program().tool_version << utc_now();
   const Id id = insert.run();
-  for (const Point& point : s.points) add_point(connection, id, point);
+  const int n_drives = s.points.empty() ? 0 : shape_of(connection, s.campaign_id).drives;
+  for (const Point& point : s.points) add_point(connection, id, n_drives, point);
   seal(connection, "session", id);
   transaction.commit();
   return id;
@@ -133,12 +144,12 @@ std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id) {
 std::vector<SessionName> session_names(Connection& connection, Id campaign_id) {
   std::vector<SessionName> all;
   Statement rows(connection,
-                 "SELECT session_id, name, compensation_job_id, plan_name FROM session "
+                 "SELECT session_id, name, compensation_name, plan_name FROM session "
                  "WHERE campaign_id = ?");
   rows << campaign_id;
   while (rows.step()) {
     all.push_back(
-        {rows.integer(0), rows.text(1), !rows.is_null(2), rows.text(3) == kReferencePlan});
+        {rows.integer(0), rows.text(1), !rows.text(2).empty(), rows.text(3) == kReferencePlan});
   }
   std::ranges::sort(all, {}, &SessionName::id);  // SQLite would make a sorter of its own
   return all;
@@ -156,6 +167,26 @@ SessionRow get_session(Connection& connection, Id session_id) {
   rows << session_id;
   if (!rows.step()) throw NotFoundError({.what = "no such session"});
   return session_at(rows);
+}
+
+ImportedWalk imported_walk(const SessionRow& session) {
+  ImportedWalk walk;
+  const auto settings = nlohmann::json::parse(session.settings_json);
+  const auto roles = settings.find("roles");
+  if (session.n_points > 0 || roles == settings.end() || !roles->is_object()) return walk;
+  for (const auto& [seq, role] : roles->items()) {
+    int number = 0;
+    const auto end = std::from_chars(seq.data(), seq.data() + seq.size(), number);
+    if (end.ec == std::errc{} && role.is_string()) walk.roles[number] = role.get<std::string>();
+  }
+  return walk;
+}
+
+std::string with_roles(const std::string& settings_json, const std::map<int, std::string>& roles) {
+  if (roles.empty()) return settings_json;
+  auto settings = nlohmann::json::parse(settings_json);
+  for (const auto& [seq, role] : roles) settings["roles"][std::to_string(seq)] = role;
+  return settings.dump();
 }
 
 std::vector<Point> points(Connection& connection, Id session_id) {
@@ -195,10 +226,13 @@ Epoch open_epoch(Connection& connection, Id session_id, SetUp set_up, std::strin
 
 std::vector<Epoch> epochs(Connection& connection, Id session_id) {
   std::vector<Epoch> all;
-  Statement rows(connection,
-                 "SELECT epoch_id, number FROM epoch WHERE session_id = ? ORDER BY epoch_id");
+  Statement rows(
+      connection,
+      "SELECT epoch_id, number, reason FROM epoch WHERE session_id = ? ORDER BY epoch_id");
   rows << session_id;
-  while (rows.step()) all.push_back({rows.integer(0), static_cast<int>(rows.integer(1))});
+  while (rows.step())
+    all.push_back(
+        {rows.integer(0), static_cast<int>(rows.integer(1)), rows.text(2) == kReferencesHold});
   return all;
 }
 
@@ -296,7 +330,9 @@ Id add_event(Connection& connection, Id session_id, std::string_view kind,
              std::string_view detail) {
   Transaction transaction(connection);
   Statement insert(connection,
-                   "INSERT INTO session_event (session_id, kind, detail, at_utc) VALUES (?,?,?,?)");
+                   "INSERT INTO session_event (session_id, number, kind, detail, at_utc) SELECT "
+                   "?1, 1 + coalesce(max(number), 0), ?2, ?3, ?4 FROM session_event WHERE "
+                   "session_id = ?1");
   insert << session_id << kind << detail.substr(0, 10'000) << utc_now();
   const Id id = insert.run();
   seal(connection, "session_event", id);

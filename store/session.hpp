@@ -6,6 +6,7 @@
 // death: interrupt_open_attempts, open_epoch, and on with open_points.
 
 #include <array>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -27,10 +28,12 @@ struct Point {
 struct NewSession {
   Id campaign_id = 0;
   std::string name;
-  std::optional<Id> compensation_job = {};  // none: baseline
+  std::optional<Id> compensation_job = {};  // none: baseline, unless there is a name
+  std::string compensation_name = {};       // with a job: its stage, where it is left out
   std::string plan_name = {};
   std::vector<Point> points = {};
   int n_imported = 0;  // readings that come with it, without a plan
+  int n_asked = 0;     // points that the walk was to have, of an imported one; 0: not known
   std::string stage = {};
   std::string tracker = {};
   std::string settings_json = "{}";  // whatever else a resume needs
@@ -45,15 +48,19 @@ struct SessionRow {
   Id campaign_id = 0;
   std::string name;
   std::optional<Id> compensation_job;
+  std::string compensation_name;  // empty: baseline
   std::string plan_name;
   std::string stage;
   std::string tracker;
   std::string settings_json;
   std::string created_utc;
   int n_points = 0;
-  int n_ok = 0;  // points with an ok attempt
+  int n_asked = 0;  // of an imported walk: points it was to have; 0: not known
+  int n_ok = 0;     // points with an ok attempt
   int n_readings = 0;
   std::string last_event;  // started, paused, resumed, stopped, faulted, done; "": none of them
+
+  [[nodiscard]] bool compensated() const { return !compensation_name.empty(); }
 };
 std::vector<SessionRow> list_sessions(Connection& connection, Id campaign_id);
 /// The same without what has to be counted.
@@ -68,13 +75,22 @@ std::optional<SessionRow> find_session(Connection& connection, Id campaign_id,
                                        std::string_view name);
 SessionRow get_session(Connection& connection, Id session_id);
 
+/// What an imported session keeps of its walk, in its settings: {"roles": {"41": "circle 1"}}.
+struct ImportedWalk {
+  std::map<int, std::string> roles;  // of readings by seq
+};
+ImportedWalk imported_walk(const SessionRow& session);
+/// `settings_json`, an object, with these roles.
+std::string with_roles(const std::string& settings_json, const std::map<int, std::string>& roles);
+
 std::vector<Point> points(Connection& connection, Id session_id);
 /// Points without an ok attempt, in the order of the plan: what a resume has still to do.
 std::vector<Point> open_points(Connection& connection, Id session_id);
 
 struct Epoch {
   Id id = 0;
-  int number = 0;  // Conditions::epoch
+  int number = 0;     // Conditions::epoch
+  bool held = false;  // reference points were found where they had been
 };
 enum class SetUp { fresh, as_before };
 /// One homing and frame set-up. `fresh` takes the campaign's next number; `as_before` goes on under

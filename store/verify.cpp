@@ -8,10 +8,11 @@
 #include <regex>
 #include <sstream>
 
+#include "store/open.hpp"
 #include "store/pages.hpp"
 #include "store/reading.hpp"
 #include "store/row_name.hpp"
-#include "store/seal.hpp"
+#include "store/scheme.hpp"
 
 namespace trammel::store {
 
@@ -77,20 +78,25 @@ void foreign_keys(Connection& connection, CheckReport& report) {
 }
 
 // Walks the table itself: through an index SQLite would read the index's copy of seq.
-void chain(Connection& connection, CheckReport& report, std::string& place) {
+void chain(Connection& connection, const Scheme& scheme, CheckReport& report, std::string& place) {
   struct End {
     Sha256 head{};
     std::int64_t seq = 0;
   };
   std::map<Id, End> ends;
+  if (scheme.begins_with_uuid) {
+    Statement campaigns(connection, "SELECT campaign_id, uuid FROM campaign NOT INDEXED");
+    while (campaigns.step()) ends[campaigns.integer(0)].head = chain_start(campaigns.text(1));
+  }
   std::int64_t previous = 0;
   std::string previous_name;
-  Statement rows(connection, std::string("SELECT ") + kReadingColumns +
-                                 " FROM reading NOT INDEXED ORDER BY reading_id");
+  Statement rows(connection, scheme.readings);
   while (rows.step()) {
     ++report.n_readings;
     End& end = ends[rows.integer(1)];
-    const Sha256 expected = chained(end.head, rows);
+    Digest digest(scheme.order);
+    digest << Bytes(end.head);
+    const Sha256 expected = digest.row(rows, scheme.first, scheme.end).finish();
     const Bytes stored = rows.blob(rows.columns() - 1);
     const std::string own_name =
         "reading " + rows.text(0) + " (campaign " + rows.text(1) + ", seq " + rows.text(2) + ")";
@@ -119,7 +125,8 @@ bool is_open_attempt(Connection& connection, const Sealed& sealed, Id id) {
 
 // Every row that has a seal is compared with it, whatever it says of itself. Walks the table
 // itself.
-void seals(Connection& connection, const Sealed& sealed, CheckReport& report, std::string& place) {
+void seals(Connection& connection, const Sealed& sealed, ByteOrder order, CheckReport& report,
+           std::string& place) {
   Statement ids(connection, "SELECT " + sealed.id + " FROM " + sealed.table +
                                 " NOT INDEXED ORDER BY " + sealed.id);
   Statement stored(connection, "SELECT sha256 FROM seal WHERE table_name = ? AND row_id = ?");
@@ -139,7 +146,7 @@ void seals(Connection& connection, const Sealed& sealed, CheckReport& report, st
       ++report.n_sealed;
       if (!has_seal) {
         report.findings.push_back(name + ": has no seal");
-      } else if (!std::ranges::equal(stored.blob(0), seal_of(connection, sealed, id))) {
+      } else if (!std::ranges::equal(stored.blob(0), seal_of(connection, sealed, id, order))) {
         report.findings.push_back(name +
                                   ": this row, or one that belongs to it, is not what was "
                                   "stored");
@@ -182,11 +189,12 @@ CheckReport check(Connection& connection) {
 
 CheckReport verify(Connection& connection) {
   CheckReport report = check(connection);
+  const Scheme& scheme = scheme_of(version_of(connection));
   guarded(report, "the first row of reading",
-          [&](std::string& place) { chain(connection, report, place); });
-  for (const Sealed& sealed : sealed_tables()) {
+          [&](std::string& place) { chain(connection, scheme, report, place); });
+  for (const Sealed& sealed : scheme.sealed) {
     guarded(report, "the first row of " + sealed.table,
-            [&](std::string& place) { seals(connection, sealed, report, place); });
+            [&](std::string& place) { seals(connection, sealed, scheme.order, report, place); });
   }
   guarded(report, "counts", [&](const std::string&) { counts(connection, report); });
   if (report.findings.size() > kMostFindings) {
@@ -195,6 +203,28 @@ CheckReport verify(Connection& connection) {
     report.findings.push_back("and " + std::to_string(more) + " more");
   }
   return report;
+}
+
+std::optional<TakenOver> taken_head(Connection& connection, Id campaign_id) {
+  Statement row(connection, "SELECT from_version, head FROM taken_over WHERE campaign_id = ?");
+  row << campaign_id;
+  if (!row.step()) return std::nullopt;
+  return TakenOver{static_cast<int>(row.integer(0)), hex(row.blob(1))};
+}
+
+bool had_head(Connection& connection, std::string_view head) {
+  const bool redrawn = version_of(connection) >= kRedrawn;
+  Statement find(
+      connection,
+      std::string("SELECT 1 FROM reading WHERE hex(sha256) = upper(?1)") +
+          (redrawn ? " UNION ALL SELECT 1 FROM taken_over WHERE hex(head) = upper(?1)" : ""));
+  find << head;
+  if (find.step()) return true;
+  Statement campaigns(connection, "SELECT uuid FROM campaign");
+  while (redrawn && campaigns.step()) {
+    if (hex(chain_start(campaigns.text(0))) == head) return true;
+  }
+  return false;
 }
 
 }  // namespace trammel::store

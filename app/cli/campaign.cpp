@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/files/machine_json.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/published_json.hpp"
 #include "app/terminal/table.hpp"
@@ -45,7 +46,7 @@ struct Shown {
     for (const store::JobRow& job : jobs) {
       if (session.compensation_job == job.id) return fmt::format("{} (job {})", job.stage, job.id);
     }
-    return "baseline";
+    return session.compensated() ? session.compensation_name + " (imported)" : "baseline";
   }
 };
 
@@ -74,6 +75,7 @@ Json parts_json(const Shown& s) {
                 {"n_ok", session.n_ok},        {"n_readings", session.n_readings},
                 {"state", session.last_event}, {"created_utc", session.created_utc}};
     if (session.compensation_job) row["compensation_job"] = *session.compensation_job;
+    if (session.compensated()) row["compensation"] = session.compensation_name;
     parts["sessions"].push_back(std::move(row));
   }
   for (const store::Exclusion& e : s.loaded.exclusions) {
@@ -96,7 +98,10 @@ Json parts_json(const Shown& s) {
 void print_json(const Shown& s, const Context& context) {
   Json out = row_json(s.row);
   out["chain_head"] = s.chain_head;
-  out["mechanism"] = mechanism_json(s.loaded.campaign.mechanism);
+  const Machine& machine = s.loaded.campaign.machine;
+  out["mechanism"] = machine.kind->chain == &kPrrChain
+                         ? Json(mechanism_json(mechanism_of(machine)))
+                         : Json(machine_json(machine));
   out["facts"] = s.loaded.campaign.facts;
   out.update(parts_json(s));
   context.print("campaign-show", out);

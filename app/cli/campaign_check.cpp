@@ -21,7 +21,7 @@ struct Looked {
 };
 
 Looked look_at_campaign(const std::string& what, const Context& context) {
-  if (std::filesystem::exists(what)) return {read_campaign(what).campaign, false};
+  if (std::filesystem::exists(what)) return {baseline_of(read_campaign(what)), false};
   store::Connection db = store::open(context.db(), store::Access::read_only);
   return {store::load_campaign(db, store::require_campaign_id(db, what)).campaign, true};
 }

@@ -18,7 +18,7 @@ namespace trammel::cli {
 
 namespace {
 
-/// A folder of campaign/1, or a tracker's points with their layout.
+/// A folder of campaign/2 or /1, or a tracker's points with their layout.
 void require_one_source(const CampaignImportOptions& o) {
   const bool points = !o.points.empty();
   if (points != o.folder.empty()) {
@@ -137,7 +137,7 @@ void setup_campaign_exchange(Command app, Context& context) {
   Command campaigns = noun(app, "campaign", "Campaigns: list, show, check, points, import, export");
   auto in = std::make_shared<CampaignImportOptions>();
   Command import = campaigns.command(
-      "import", "Store a campaign/1 of another tool, or a tracker's file of points");
+      "import", "Store a campaign/2 (or /1) of another tool, or a tracker's file of points");
   import.option("FOLDER", in->folder, "Folder with campaign.json, or that file");
   import.option("--points", in->points, "Instead: a tracker's file of points").type("FILE");
   import.option("--layout", in->layout, "points: what its rows mean (layout/1)").type("FILE");
@@ -160,7 +160,7 @@ void setup_campaign_exchange(Command app, Context& context) {
   setup_campaign_check(campaigns, context);
 
   auto out = std::make_shared<CampaignExportOptions>();
-  Command exporting = campaigns.command("export", "Write a campaign as campaign/1");
+  Command exporting = campaigns.command("export", "Write a campaign as campaign/2");
   exporting.option("CAMPAIGN", out->campaign, "Name or uuid").required();
   exporting.option("--out,FOLDER", out->folder, "Where campaign.json and readings.csv go")
       .required()

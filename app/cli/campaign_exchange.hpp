@@ -26,7 +26,7 @@ struct CampaignExportOptions {
   bool dry_run = false;
 };
 
-/// `campaign import` and `campaign export`: the format campaign/1; import also takes points.
+/// `campaign import` and `campaign export`: the format campaign/2; import also takes points.
 void setup_campaign_exchange(Command app, Context& context);
 
 /// A campaign that the screen let in.

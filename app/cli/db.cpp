@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "store/backup.hpp"
+#include "store/migrate.hpp"
 #include "store/open.hpp"
 #include "store/verify.hpp"
 
@@ -27,16 +28,25 @@ ExitCode answer(const std::string& command, const store::CheckReport& report,
   return report.ok() ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
+// A head that somebody printed once: of a campaign's readings as they are, at an earlier time, or
+// of the older database that they were taken over from.
+void require_head(store::Connection& db, const std::string& head, store::CheckReport& report) {
+  if (!store::had_head(db, head)) {
+    report.findings.push_back(fmt::format("no campaign's readings have had the head {}", head));
+  }
+}
+
 }  // namespace
 
 ExitCode run_db_check(const DbOptions&, Context& context) {
-  store::Connection db = store::open(context.db(), store::Access::read_only);
+  store::Connection db = store::open_as_it_is(context.db());
   return answer("db-check", store::check(db), "ok: the file is whole", context);
 }
 
-ExitCode run_db_verify(const DbOptions&, Context& context) {
-  store::Connection db = store::open(context.db(), store::Access::read_only);
-  const store::CheckReport report = store::verify(db);
+ExitCode run_db_verify(const DbVerifyOptions& options, Context& context) {
+  store::Connection db = store::open_as_it_is(context.db());
+  store::CheckReport report = store::verify(db);
+  if (!options.head.empty()) require_head(db, options.head, report);
   return answer("db-verify", report,
                 fmt::format("ok: {} readings and {} other rows are what was stored",
                             report.n_readings, report.n_sealed),
@@ -66,15 +76,16 @@ ExitCode run_db_migrate(const DbOptions& options, Context& context) {
     context.print("db-migrate", {{"database", context.db()},
                                  {"from_version", done.from},
                                  {"to_version", done.to},
-                                 {"copy", done.copy.string()},
+                                 {"copy", done.original.string()},
                                  {"dry_run", options.dry_run}});
   } else if (done.from == done.to) {
     context.print(fmt::format("nothing to do: version {}", done.to));
   } else {
     context.print(fmt::format(
-        fmt::runtime(options.dry_run ? "would migrate from version {} to {}, after a copy to {}"
-                                     : "migrated from version {} to {}; what was is in {}"),
-        done.from, done.to, printable(done.copy.string())));
+        fmt::runtime(options.dry_run
+                         ? "would migrate from version {} to {}; the original would be kept as {}"
+                         : "migrated from version {} to {}; the original is kept as {}"),
+        done.from, done.to, printable(done.original.string())));
   }
   return ExitCode::ok;
 }
@@ -84,8 +95,11 @@ void setup_db(Command app, Context& context) {
   const auto none = std::make_shared<DbOptions>();
   on_run(db.command("check", "Is the file whole? (pages, indexes, bounds, references)"), context,
          none, run_db_check);
-  on_run(db.command("verify", "check, and is every row what was stored? (SHA-256)"), context, none,
-         run_db_verify);
+  const auto verify = std::make_shared<DbVerifyOptions>();
+  Command proof = db.command("verify", "check, and is every row what was stored? (SHA-256)");
+  proof.option("--head", verify->head, "Digest that a report printed: were these readings stored?")
+      .type("HEX");
+  on_run(proof, context, verify, run_db_verify);
   const auto backup = std::make_shared<DbBackupOptions>();
   Command copy = db.command("backup", "A verified copy, also while a session runs");
   copy.option("--out,FILE", backup->to, "New file").required().type("FILE");

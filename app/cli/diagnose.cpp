@@ -28,7 +28,7 @@ struct DiagnoseOptions {
 /// On a folder: no database is opened.
 Json of_folder(const DiagnoseOptions& options) {
   const job::Stage& stage = job::find_stage("diagnose");
-  const Campaign campaign = read_campaign(options.from).campaign;
+  const Campaign campaign = baseline_of(read_campaign(options.from));
   Json details = stage.run(campaign, stage.complete(options.given)).details;
   details["kind"] = job::kind_text(campaign.simulated);
   return details;
@@ -106,7 +106,7 @@ void setup_diagnose(Command app, Context& context) {
       app.command("diagnose", "Which physical effect is the model missing, and can it be trusted");
   auto options = std::make_shared<DiagnoseOptions>();
   command.option("campaign", options->request.campaign, "name or uuid of a stored campaign");
-  command.option("--from", options->from, "a campaign/1 folder instead; no database is touched")
+  command.option("--from", options->from, "a campaign/2 or /1 folder instead; no database is touched")
       .type("FOLDER");
   command
       .option("--session", options->request.sessions,

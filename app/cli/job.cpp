@@ -101,7 +101,7 @@ ExitCode run_why(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
   const job::Request request = job::request_of(db, job);
-  const store::NewJob now = job::inputs_of(db, request);
+  const store::NewJob now = job::inputs_of(db, request, job.data.key.scheme);
   const Json changed = job::changed_parts(job.data.key, now.key);
   const std::vector<std::string> stale = job::stale_words(db, job, now);
   const Json left_out = excluded(db, job.data);
@@ -117,12 +117,19 @@ ExitCode run_why(const JobOptions& options, Context& context) {
                       job.provenance.tool_version, job.provenance.git_revision,
                       job.provenance.compiler) +
           excluded_text(left_out);
+  if (job.data.key.scheme != store::kKeyScheme) {
+    text += fmt::format(
+        "key scheme {}: of a database before version 5; `trammel job rerun {}` makes "
+        "a job with a key of today\n",
+        job.data.key.scheme, job.id);
+  }
   for (const std::string& word : stale) text += "changed since: " + printable(word) + "\n";
   text += changed.empty() ? "nothing of it has changed: running it again reuses this job\n"
                           : "running it again makes a new job\n";
   if (context.json) {
     context.print("job-why", {{"id", job.id},
                               {"key", job.data.key.key},
+                              {"key_scheme", job.data.key.scheme},
                               {"parts", parts},
                               {"sessions", request.sessions},
                               {"exclusions", job.data.exclusions.size()},
@@ -153,7 +160,8 @@ ExitCode run_verify(const JobOptions& options, Context& context) {
   store::Connection db = open(context);
   const store::Job job = job::find(db, options.job);
   const store::NewJob again = job::recompute(db, job);
-  const bool up_to_date = job::inputs_of(db, job::request_of(db, job)).key.key == job.data.key.key;
+  const bool up_to_date =
+      job::inputs_of(db, job::request_of(db, job), job.data.key.scheme).key.key == job.data.key.key;
   const bool same_inputs = again.key.key == job.data.key.key;
   const bool same_result = job::same_outcome(again, job.data);
   const bool ok = same_inputs && same_result;

@@ -344,7 +344,8 @@ ExitCode run_export(const ExportOptions& given, Context& context) {
   Json done = {{"campaign", campaign.name}, {"file", options.file}, {"dry_run", options.dry_run}};
   if (!options.job.empty()) {
     const store::Id id = job::find_compensation(db, options.campaign, options.job);
-    const Mechanism mechanism = store::load_campaign(db, campaign.id).campaign.mechanism;
+    const Mechanism mechanism =
+        mechanism_of(store::load_campaign(db, campaign.id).campaign.machine);
     done["job"] = id;
     done.update(
         export_controller(job::correction_of(db, id), mechanism, options, context.existing()));

@@ -106,7 +106,7 @@ Bounds bounds_of(const CreateOptions& o, const Context& context) {
       if (r.measured) places.push_back({r.target.x_mm, r.target.y_mm});
     }
     bounds.hull = convex_hull(places);
-    bounds.mechanism = campaign.mechanism;
+    bounds.mechanism = mechanism_of(campaign.machine);
   }
   if (!o.within.empty()) {
     if (!(o.within[0] < o.within[1])) {

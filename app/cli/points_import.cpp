@@ -180,8 +180,9 @@ ExitCode import_points(const CampaignImportOptions& o, Context& context) {
   const Admitted admitted = admitted_at_door(campaign, o);
   const store::ImportResult result = store_or_try(
       [&](store::Connection& db) {
-        return store::import_campaign(db, campaign, {}, provenance_json(loaded),
-                                      loaded.made.raw_reply);
+        return store::import_campaign(
+            db, campaign,
+            {.raw_reply = loaded.made.raw_reply, .settings_json = provenance_json(loaded)});
       },
       o.dry_run, context);
   if (context.json) {

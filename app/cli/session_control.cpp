@@ -100,7 +100,7 @@ ExitCode run_status(const WatchOptions& options, Context& context) {
                     {"n_points", row.n_points},
                     {"n_ok", row.n_ok},
                     {"n_readings", row.n_readings},
-                    {"compensated", row.compensation_job.has_value()}});
+                    {"compensated", row.compensated()}});
     unfinished = unfinished || state == "stopped" || state == "faulted" || state == "interrupted";
     table.add({row.name, state, fmt::format("{}/{}", row.n_ok, row.n_points),
                std::to_string(row.n_readings)});

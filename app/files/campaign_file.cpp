@@ -1,9 +1,12 @@
 #include "app/files/campaign_file.hpp"
 
+#include <algorithm>
+
 #include "app/files/budget_json.hpp"
 #include "app/files/fields.hpp"
 #include "app/files/files.hpp"
 #include "app/files/format.hpp"
+#include "app/files/machine_json.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/readings_csv.hpp"
@@ -12,8 +15,6 @@
 namespace trammel {
 
 namespace {
-
-constexpr const char* kFormat = "campaign/1";
 
 /// Bounds that no tracker leaves; below the least one, weights 1 / sigma^2 outrun what doubles
 /// hold.
@@ -28,26 +29,66 @@ void require_sigma(const Fields& fields, const char* name, double value, double 
                 number_text(kLeastSigma) + " to " + number_text(most), "is the unit right?");
 }
 
-TrackerSigma read_tracker(Fields fields) {
-  const TrackerSigma sigma{fields.number("sigma_xy_mm"),
-                           rad_from_deg(fields.number("sigma_phi_deg"))};
+TrackerSigma read_tracker(Fields fields, const Coordinates& measured) {
+  TrackerSigma sigma{.xy_mm = fields.number("sigma_xy_mm")};
   require_sigma(fields, "sigma_xy_mm", sigma.xy_mm, kMostSigmaMm);
-  require_sigma(fields, "sigma_phi_deg", deg_from_rad(sigma.phi_rad), kMostSigmaDeg);
+  if (measured[2]) {
+    sigma.phi_rad = rad_from_deg(fields.number("sigma_phi_deg"));
+    require_sigma(fields, "sigma_phi_deg", deg_from_rad(sigma.phi_rad), kMostSigmaDeg);
+  } else if (fields.has("sigma_phi_deg")) {
+    fields.refuse("sigma_phi_deg", "phi is not measured");
+  }
   fields.done();
   return sigma;
 }
 
+/// {"name", "plan", "n_points", "held_epochs"}; under which correction, the readings say.
+FileSession read_session(Fields& fields) {
+  FileSession session{.name = fields.text("name"), .plan = fields.text("plan", "")};
+  session.n_points = fields.integer("n_points", 0);
+  if (session.n_points < 0) fields.refuse("n_points", "a negative number of points");
+  if (fields.has("held_epochs")) {
+    for (const double number : fields.numbers("held_epochs")) {
+      session.held_epochs.push_back(static_cast<int>(number));
+    }
+  }
+  fields.done();
+  return session;
+}
+
+/// What only campaign/2 has.
+void read_walks(Fields& top, CampaignFile& file) {
+  file.campaign.machine = read_campaign_machine(top);
+  if (top.has("sessions")) {
+    file.sessions.clear();
+    for (Fields& session : top.objects("sessions")) file.sessions.push_back(read_session(session));
+  }
+  if (!top.has("exclusions")) return;
+  for (Fields& exclusion : top.objects("exclusions")) {
+    file.exclusions.emplace_back(exclusion.integer("seq"), exclusion.text("reason"));
+    exclusion.done();
+  }
+}
+
 /// The campaign without its readings, and the readings' file.
-std::string read_head(const JsonFile& file, Campaign& campaign) {
-  Fields top(file);
-  take_format(top, kFormat);
+std::string read_head(const JsonFile& json, CampaignFile& file) {
+  Fields top(json);
+  file.format = top.has("format") && top.text("format") == "campaign/1" ? 1 : 2;
+  take_format(top, file.format == 1 ? "campaign/1" : "campaign/2");
+  Campaign& campaign = file.campaign;
   campaign.name = top.text("name");
   if (campaign.name.empty() || campaign.name.size() > 200) {
     top.refuse("name", "a name that can't be used", "1 to 200 letters");
   }
   campaign.simulated = top.choice("kind", {"real", "simulated"}) == "simulated";
-  campaign.mechanism = read_mechanism(top.object("mechanism"));
-  if (auto tracker = top.optional_object("tracker")) campaign.tracker = read_tracker(*tracker);
+  if (file.format == 1) {
+    campaign.machine = machine_of(read_mechanism(top.object("mechanism")));
+  } else {
+    read_walks(top, file);
+  }
+  if (auto tracker = top.optional_object("tracker")) {
+    campaign.tracker = read_tracker(*tracker, campaign.machine.measured);
+  }
   if (auto facts = top.optional_object("facts")) {
     if (auto budget = facts->optional_object(kBudgetFact)) {
       campaign.facts[kBudgetFact] = read_budget(*budget);
@@ -59,18 +100,37 @@ std::string read_head(const JsonFile& file, Campaign& campaign) {
   return readings;
 }
 
-std::string head_json(const Campaign& campaign) {
-  nlohmann::ordered_json json = {{"format", kFormat},
+nlohmann::ordered_json sessions_json(const CampaignFile& file) {
+  auto all = nlohmann::ordered_json::array();
+  for (const FileSession& s : file.sessions) {
+    nlohmann::ordered_json session = {{"name", s.name}};
+    if (!s.plan.empty()) session["plan"] = s.plan;
+    if (s.n_points > 0) session["n_points"] = s.n_points;
+    if (!s.held_epochs.empty()) session["held_epochs"] = s.held_epochs;
+    all.push_back(std::move(session));
+  }
+  return all;
+}
+
+std::string head_json(const CampaignFile& file) {
+  const Campaign& campaign = file.campaign;
+  nlohmann::ordered_json json = {{"format", "campaign/2"},
                                  {"name", campaign.name},
-                                 {"kind", campaign.simulated ? "simulated" : "real"},
-                                 {"mechanism", mechanism_json(campaign.mechanism)}};
+                                 {"kind", campaign.simulated ? "simulated" : "real"}};
+  write_campaign_machine(campaign.machine, json);
   if (campaign.tracker) {
-    json["tracker"] = {{"sigma_xy_mm", campaign.tracker->xy_mm},
-                       {"sigma_phi_deg", exact_deg(campaign.tracker->phi_rad)}};
+    json["tracker"]["sigma_xy_mm"] = campaign.tracker->xy_mm;
+    if (campaign.machine.measured[2]) {
+      json["tracker"]["sigma_phi_deg"] = exact_deg(campaign.tracker->phi_rad);
+    }
   }
   if (!campaign.facts.empty()) json["facts"] = campaign.facts;
   if (const auto budget = campaign.facts.find(kBudgetFact); budget != campaign.facts.end()) {
     json["facts"][kBudgetFact] = nlohmann::ordered_json::parse(budget->second);
+  }
+  json["sessions"] = sessions_json(file);
+  for (const auto& [seq, reason] : file.exclusions) {
+    json["exclusions"].push_back({{"seq", seq}, {"reason", reason}});
   }
   json["readings"] = "readings.csv";
   return json.dump(2) + "\n";
@@ -83,9 +143,25 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file) {
   const fs::path path =
       fs::is_directory(folder_or_file) ? folder_or_file / "campaign.json" : folder_or_file;
   CampaignFile file;
-  const std::string readings = read_head(read_json(path), file.campaign);
+  const std::string readings = read_head(read_json(path), file);
   read_readings_csv(path.parent_path() / readings, file);
   return file;
+}
+
+Campaign baseline_of(const CampaignFile& file) {
+  Campaign campaign = file.campaign;
+  campaign.readings.clear();
+  for (std::size_t k = 0; k < file.campaign.readings.size(); ++k) {
+    const Reading& reading = file.campaign.readings[k];
+    const FileSession& session = file.sessions[file.session_of.empty() ? 0 : file.session_of[k]];
+    const bool is_reference = !file.roles.empty() && file.roles[k].starts_with("reference");
+    const bool excluded = std::ranges::any_of(
+        file.exclusions, [&](const auto& exclusion) { return exclusion.first == reading.seq; });
+    if (session.compensation.empty() && !is_reference && !excluded) {
+      campaign.readings.push_back(reading);
+    }
+  }
+  return campaign;
 }
 
 void write_campaign(const CampaignFile& file, const std::filesystem::path& folder,
@@ -97,7 +173,7 @@ void write_campaign(const CampaignFile& file, const std::filesystem::path& folde
                       .where = {.file = folder.string()}});
   }
   write_output(folder / "readings.csv", readings_csv(file), existing);
-  write_output(folder / "campaign.json", head_json(file.campaign), existing);
+  write_output(folder / "campaign.json", head_json(file), existing);
 }
 
 }  // namespace trammel

@@ -30,13 +30,13 @@ bool is_rotary(std::string_view chain) { return chain.starts_with("RR"); }
                 "kinds of machine: " + kind_names());
 }
 
-const MachineKind& read_kind(Fields& fields) {
-  const std::string name = fields.text("kind");
+const MachineKind& read_kind(Fields& fields, const char* field) {
+  const std::string name = fields.text(field);
   if (const MachineKind* kind = find_machine_kind(name)) return *kind;
   const bool rotary = name.ends_with("RRR") || name.ends_with("RRP") || name == "five-bar" ||
                       name.find("theta") != std::string::npos;
-  if (rotary) refuse_rotary(fields, "kind");
-  fields.refuse("kind", "no such kind of machine: " + name, "one of " + kind_names());
+  if (rotary) refuse_rotary(fields, field);
+  fields.refuse(field, "no such kind of machine: " + name, "one of " + kind_names());
 }
 
 void refuse_strangers(const Fields& fields, const ChainKind& kind) {
@@ -82,9 +82,12 @@ Drive read_drive_of_machine(Fields& fields) {
   if (type != "linear") fields.refuse("type", "no such type of drive: " + type, "linear");
   Drive drive;
   drive.lead_mm = fields.number("lead_mm");
-  Fields limits = fields.object("limits");
-  drive.limits = {limits.number("l_min_mm"), limits.number("l_max_mm")};
-  limits.done();
+  if (auto limits = fields.optional_object("limits")) {
+    drive.limits = {limits->number("l_min_mm"), limits->number("l_max_mm")};
+    limits->done();
+  } else {
+    drive.limits = {fields.number("l_min_mm"), fields.number("l_max_mm")};
+  }
   fields.done();
   return drive;
 }
@@ -147,6 +150,20 @@ Coordinates read_measured(Fields& fields, const MachineKind& kind) {
   return measured;
 }
 
+/// Kind, chains, drives and home.
+Machine read_parts(Fields& fields, const char* kind_field) {
+  const MachineKind& kind = read_kind(fields, kind_field);
+  Machine machine{.kind = &kind, .home = {}};
+  std::vector<Fields> chains = one_per_drive(fields, "chains", kind);
+  std::vector<Fields> drives = one_per_drive(fields, "drives", kind);
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    machine.chains[i] = read_chain_values(chains[i], kind);
+    machine.drives[i] = read_drive_of_machine(drives[i]);
+  }
+  if (const auto home = fields.optional_object("home")) machine.home = read_home(*home, kind);
+  return machine;
+}
+
 /// core names the field from the machine on; its file and line, or those of what is around it, are
 /// known here.
 void validate_in(const Machine& machine, const Fields& fields) {
@@ -165,18 +182,19 @@ Machine read_machine(Fields fields) {
   fields.choice("format", {"machine/1"});
   static_cast<void>(fields.text("name", ""));
   static_cast<void>(fields.text("why", ""));
-  const MachineKind& kind = read_kind(fields);
-  Machine machine{.kind = &kind, .home = {}};
-  std::vector<Fields> chains = one_per_drive(fields, "chains", kind);
-  std::vector<Fields> drives = one_per_drive(fields, "drives", kind);
-  for (std::size_t i = 0; i < chains.size(); ++i) {
-    machine.chains[i] = read_chain_values(chains[i], kind);
-    machine.drives[i] = read_drive_of_machine(drives[i]);
-  }
-  if (const auto home = fields.optional_object("home")) machine.home = read_home(*home, kind);
-  machine.measured = read_measured(fields, kind);
+  Machine machine = read_parts(fields, "kind");
+  machine.measured = read_measured(fields, *machine.kind);
   fields.done();
   validate_in(machine, fields);
+  return machine;
+}
+
+Machine read_campaign_machine(Fields& campaign) {
+  Fields mechanism = campaign.object("mechanism");
+  Machine machine = read_parts(mechanism, "type");
+  mechanism.done();
+  machine.measured = read_measured(campaign, *machine.kind);
+  validate_in(machine, mechanism);
   return machine;
 }
 
@@ -216,6 +234,21 @@ nlohmann::ordered_json machine_json(const Machine& machine) {
           {"drives", drives},
           {"home", pose_json(machine, machine.home)},
           {"measured", measured}};
+}
+
+void write_campaign_machine(const Machine& machine, nlohmann::ordered_json& campaign) {
+  nlohmann::ordered_json json = machine_json(machine);
+  for (auto& drive : json["drives"]) {
+    const nlohmann::ordered_json limits = drive["limits"];
+    drive.erase("limits");
+    drive.update(limits);
+  }
+  for (auto& chain : json["chains"]) chain.erase("kind");
+  campaign["mechanism"] = {{"type", json["kind"]},
+                           {"chains", json["chains"]},
+                           {"drives", json["drives"]},
+                           {"home", json["home"]}};
+  campaign["measured"] = json["measured"];
 }
 
 Machine read_machine_file(const std::filesystem::path& path) {

@@ -18,6 +18,12 @@ Machine read_machine(Fields fields);
 /// The same object, every parameter stated; read_machine gives the same numbers back, bit for bit.
 nlohmann::ordered_json machine_json(const Machine& machine);
 
+/// The machine of a campaign/2: {type, chains, drives, home} with a drive's limits beside its lead,
+/// and the campaign's own field "measured".
+Machine read_campaign_machine(Fields& campaign);
+/// "mechanism" and "measured" of the same.
+void write_campaign_machine(const Machine& machine, nlohmann::ordered_json& campaign);
+
 /// {x_mm, y_mm, phi_deg}, those that the machine has.
 nlohmann::ordered_json pose_json(const Machine& machine, const Pose& pose);
 

@@ -41,7 +41,7 @@ class ReadingMaker {
     Campaign& c = out_.file.campaign;
     c.name = layout_.name;
     c.simulated = layout_.simulated;
-    c.mechanism = mechanism_;
+    c.machine = machine_of(mechanism_);
     c.facts = layout_.facts;
     NestPose all = pose_of_nests(layout_.body.body, layout_.body, layout_.sigma_mm);
     c.tracker = TrackerSigma{std::sqrt((all.covariance(0, 0) + all.covariance(1, 1)) / 2),

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
+#include <set>
 #include <unordered_map>
 
 #include "app/files/csv.hpp"
@@ -10,14 +12,18 @@
 #include "core/measure/gross.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
 
 namespace {
 
-enum Column {
+enum Column : std::size_t {
   kSeq,
+  kSession,
+  kCompensation,
+  kRole,
   kSet,
   kEpoch,
   kTargetX,
@@ -37,30 +43,31 @@ enum Column {
   kColumns
 };
 
-struct ColumnRule {
-  const char* name;
-  bool needed;
-};
+constexpr std::array<const char*, kColumns> kNames = {
+    "seq",       "session",     "compensation", "role",           "set",
+    "epoch",     "target_x_mm", "target_y_mm",  "target_phi_deg", "cmd_l1_mm",
+    "cmd_l2_mm", "cmd_l3_mm",   "from_l1_mm",   "from_l2_mm",     "from_l3_mm",
+    "x_mm",      "y_mm",        "phi_deg",      "time_s",         "temp_degc"};
 
-constexpr std::array<ColumnRule, kColumns> kRules = {{
-    {"seq", true},
-    {"set", false},
-    {"epoch", false},
-    {"target_x_mm", true},
-    {"target_y_mm", true},
-    {"target_phi_deg", true},
-    {"cmd_l1_mm", true},
-    {"cmd_l2_mm", true},
-    {"cmd_l3_mm", true},
-    {"from_l1_mm", false},
-    {"from_l2_mm", false},
-    {"from_l3_mm", false},
-    {"x_mm", true},
-    {"y_mm", true},
-    {"phi_deg", true},
-    {"time_s", false},
-    {"temp_degc", false},
-}};
+/// Which columns a campaign of this format and machine has.
+enum class Need { no, optional, yes };
+using Needs = std::array<Need, kColumns>;
+
+Needs needs_of(const CampaignFile& file) {
+  Needs needs;
+  needs.fill(Need::optional);
+  const Need walk = file.format == 1 ? Need::no : Need::optional;
+  needs[kSession] = needs[kCompensation] = needs[kRole] = walk;
+  needs[kSeq] = Need::yes;
+  const Machine& machine = file.campaign.machine;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool has = static_cast<int>(i) < machine.kind->n_chains;
+    needs[kTargetX + i] = needs[kCmd1 + i] = has ? Need::yes : Need::no;
+    needs[kFrom1 + i] = has ? Need::optional : Need::no;
+    needs[kX + i] = machine.measured[i] ? Need::yes : Need::no;
+  }
+  return needs;
+}
 
 constexpr std::array<const char*, 3> kSetNames = {"identify", "validate", "predict"};
 
@@ -73,27 +80,25 @@ constexpr double kMaxTemp_degc = 1000;
 /// Reads the table's rows one after the other.
 class Reader {
  public:
-  Reader(const CsvTable& table, CampaignFile& file) : table_(table), file_(file) {
+  Reader(const CsvTable& table, CampaignFile& file)
+      : table_(table), file_(file), machine_(file.campaign.machine), needs_(needs_of(file)) {
     at_.fill(std::nullopt);
     for (std::size_t k = 0; k < table.header.cells.size(); ++k) add_column(k);
     refuse_unknown();
+    const bool has_from = at_[kFrom1] || at_[kFrom2] || at_[kFrom3];
     for (std::size_t c = 0; c < kColumns; ++c) {
-      if (kRules[c].needed && !at_[c]) missing_column(kRules[c].name);
+      const bool is_from = c >= kFrom1 && c <= kFrom3 && needs_[c] != Need::no;
+      const bool needed = needs_[c] == Need::yes || (is_from && has_from);
+      if (needed && !at_[c]) missing_column(kNames[c]);
     }
-    const std::array<Column, 3> from = {kFrom1, kFrom2, kFrom3};
-    const auto there = [this](Column c) { return at_[c].has_value(); };
-    if (std::any_of(from.begin(), from.end(), there)) {
-      for (const Column c : from) {
-        if (!there(c)) missing_column(kRules[c].name);
-      }
-    }
-    const InverseResult home =
-        inverse(file.campaign.mechanism.geometry, file.campaign.mechanism.home);
-    if (!home.ok()) {
+    for (std::size_t k = 0; k < file.sessions.size(); ++k) known_[file.sessions[k].name] = k;
+    const DrivesAt home = drives_at(machine_, machine_.home);
+    if (!home.reached()) {
       throw InputError({.what = "the home pose is out of reach",
                         .where = {.file = table.name, .field = "mechanism.home"}});
     }
-    previous_cmd_mm_ = home.l_mm;
+    previous_cmd_mm_ = home.q_mm;
+    if (machine_.kind->chain == &kPrrChain) mechanism_ = mechanism_of(machine_);
   }
 
   void read_all() {
@@ -113,10 +118,15 @@ class Reader {
       }
       look_for_reach(reading);
       previous_cmd_mm_ = reading.conditions.cmd_mm;
+      if (file_.format > 1) {
+        file_.session_of.push_back(session());
+        file_.roles.emplace_back(cell(kRole).value_or(""));
+      }
       file_.campaign.readings.push_back(std::move(reading));
       file_.extras.push_back(read_extras());
     }
     sort_by_seq();
+    require_walks();
     // What the screen explains is no row's own fault: the door names it.
     if (out_of_reach_ && gross_mistakes(file_.campaign).empty()) throw *out_of_reach_;
   }
@@ -124,10 +134,9 @@ class Reader {
  private:
   void add_column(std::size_t k) {
     const std::string_view name = table_.header.cells[k].text;
-    const auto rule = std::find_if(kRules.begin(), kRules.end(),
-                                   [name](const ColumnRule& r) { return name == r.name; });
-    if (rule != kRules.end()) {
-      at_[static_cast<std::size_t>(rule - kRules.begin())] = k;
+    const auto c = static_cast<std::size_t>(std::ranges::find(kNames, name) - kNames.begin());
+    if (c < kColumns && needs_[c] != Need::no) {
+      at_[c] = k;
     } else if (name.starts_with("x_")) {
       extra_at_.push_back(k);
       file_.extra_columns.emplace_back(name);
@@ -146,7 +155,17 @@ class Reader {
     throw InputError(
         {.what = (unknown_.size() == 1 ? "unknown column " : "unknown columns ") + names,
          .where = table_.where(table_.header, unknown_.front()),
+         .expected = columns(),
          .hint = "a column of your own is kept when its name begins with x_"});
+  }
+
+  /// Those that a campaign of this format and machine may have.
+  [[nodiscard]] std::string columns() const {
+    std::string names;
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      if (needs_[c] != Need::no) names += (names.empty() ? "" : ", ") + std::string(kNames[c]);
+    }
+    return names;
   }
 
   [[noreturn]] void missing_column(const char* name) const {
@@ -204,26 +223,74 @@ class Reader {
     return static_cast<ReadingSet>(found - kSetNames.begin());
   }
 
+  /// The row's walk; one correction a walk.
+  std::size_t session() {
+    const std::string name(undefused(cell(kSession).value_or("import")));
+    if (name.size() > 200) refuse(kSession, "a name that can't be used", "1 to 200 letters");
+    const auto [at, is_new] = known_.emplace(name, file_.sessions.size());
+    if (is_new) file_.sessions.push_back({.name = name});
+    FileSession& session = file_.sessions[at->second];
+    const std::string compensation(undefused(cell(kCompensation).value_or("")));
+    if (compensation.size() > 200) {
+      refuse(kCompensation, "a name that can't be used", "at most 200 letters");
+    }
+    if (walked_.insert(at->second).second) session.compensation = compensation;
+    if (session.compensation != compensation) {
+      refuse(kCompensation, "another correction in the same session",
+             session.compensation.empty() ? "none, as in the rows before"
+                                          : "'" + session.compensation + "', as in the rows before",
+             "a walk has one: give the rows another session");
+    }
+    return at->second;
+  }
+
+  /// A walk without a reading is none; an exclusion needs its reading.
+  void require_walks() const {
+    if (file_.format == 1) return;
+    for (std::size_t k = 0; k < file_.sessions.size(); ++k) {
+      if (walked_.contains(k)) continue;
+      throw InputError({.what = "a session without a reading",
+                        .where = {.file = table_.name, .field = "session"},
+                        .got = file_.sessions[k].name,
+                        .hint = "campaign.json names it in \"sessions\""});
+    }
+    for (const auto& [seq, reason] : file_.exclusions) {
+      if (std::ranges::find(file_.campaign.readings, seq, &Reading::seq) !=
+          file_.campaign.readings.end()) {
+        continue;
+      }
+      throw InputError({.what = "an exclusion of a reading that there is not",
+                        .where = {.file = table_.name, .point = "seq " + std::to_string(seq)}});
+    }
+  }
+
+  /// Three cells, those that the campaign has; the others are 0.
+  [[nodiscard]] Eigen::Vector3d numbers(Column first, const std::array<double, 3>& bounds) const {
+    Eigen::Vector3d values = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto c = static_cast<Column>(first + i);
+      if (needs_[c] != Need::no) values[static_cast<int>(i)] = number(c, bounds[i]);
+    }
+    return values;
+  }
+
   Reading read_row() {
     Reading reading;
     reading.seq = count(kSeq, std::nullopt, 1000000000);
     reading.set = set();
-    reading.target = {number(kTargetX, kMaxPose_mm), number(kTargetY, kMaxPose_mm),
-                      rad_from_deg(number(kTargetPhi, 3600))};
+    const Eigen::Vector3d target = numbers(kTargetX, {kMaxPose_mm, kMaxPose_mm, 3600});
+    reading.target = {target[0], target[1], rad_from_deg(target[2])};
     reading.conditions = read_conditions();
     reading.measured = read_measured(reading.set, reading.target);
     return reading;
   }
 
   Conditions read_conditions() {
+    constexpr std::array<double, 3> kBounds = {kMaxPose_mm, kMaxPose_mm, kMaxPose_mm};
     Conditions conditions;
-    conditions.cmd_mm = {number(kCmd1, kMaxPose_mm), number(kCmd2, kMaxPose_mm),
-                         number(kCmd3, kMaxPose_mm)};
+    conditions.cmd_mm = numbers(kCmd1, kBounds);
     conditions.from_mm = previous_cmd_mm_;
-    if (cell(kFrom1) || cell(kFrom2) || cell(kFrom3)) {
-      conditions.from_mm = {number(kFrom1, kMaxPose_mm), number(kFrom2, kMaxPose_mm),
-                            number(kFrom3, kMaxPose_mm)};
-    }
+    if (cell(kFrom1) || cell(kFrom2) || cell(kFrom3)) conditions.from_mm = numbers(kFrom1, kBounds);
     conditions.epoch = count(kEpoch, 1, 1000000);
     conditions.time_s = optional_number(kTime, -kMaxTime_s, kMaxTime_s);
     conditions.temp_degc = optional_number(kTemp, kMinTemp_degc, kMaxTemp_degc);
@@ -237,8 +304,9 @@ class Reader {
       }
       return std::nullopt;
     }
-    return Pose{number(kX, 10 * kMaxPose_mm), number(kY, 10 * kMaxPose_mm),
-                near_target_rad(rad_from_deg(number(kPhi, 36000)), target.phi_rad)};
+    const Eigen::Vector3d at = numbers(kX, {10 * kMaxPose_mm, 10 * kMaxPose_mm, 36000});
+    const bool has_phi = needs_[kPhi] != Need::no;
+    return Pose{at[0], at[1], has_phi ? near_target_rad(rad_from_deg(at[2]), target.phi_rad) : 0};
   }
 
   void look_for_reach(const Reading& reading) {
@@ -252,30 +320,40 @@ class Reader {
 
   /// The nominal robot must reach the target, and its rails the command.
   void check_reach(const Reading& reading) const {
-    const Mechanism& mechanism = file_.campaign.mechanism;
-    const InverseResult at = inverse(mechanism.geometry, reading.target);
-    if (!at.ok()) {
-      throw InputError(
-          {.what = "the target is out of reach of chain " + std::to_string(at.chain + 1),
-           .where = [&] {
-             Where where = table_.where(*row_, at_[kTargetX].value());
-             where.field = "target";
-             where.point = "seq " + std::to_string(reading.seq);
-             return where;
-           }()});
+    const int chain = out_of_reach(reading.target);
+    if (chain < kChains) {
+      throw InputError({.what = "the target is out of reach of chain " + std::to_string(chain + 1),
+                        .where = [&] {
+                          Where where = table_.where(*row_, at_[kTargetX].value());
+                          where.field = "target";
+                          where.point = "seq " + std::to_string(reading.seq);
+                          return where;
+                        }()});
     }
-    for (int i = 0; i < kChains; ++i) {
-      const Limits& limits = mechanism.limits;
+    for (int i = 0; i < machine_.kind->n_chains; ++i) {
+      const Limits& limits = machine_.drives[static_cast<std::size_t>(i)].limits;
       const double l_mm = reading.conditions.cmd_mm[i];
       if (l_mm < limits.l_min_mm || l_mm > limits.l_max_mm) {
-        refuse(static_cast<Column>(kCmd1 + i), "the command is beyond the rail's limits",
+        refuse(static_cast<Column>(kCmd1 + static_cast<std::size_t>(i)),
+               "the command is beyond the drive's limits",
                number_text(limits.l_min_mm) + " to " + number_text(limits.l_max_mm) + " mm");
       }
     }
-    if (!forward(mechanism.geometry, reading.conditions.cmd_mm, reading.target).ok()) {
+    if (!can_follow(reading.conditions.cmd_mm, reading.target)) {
       refuse(kCmd1, "no pose belongs to these commands: out of reach",
              "commands the platform can follow");
     }
+  }
+
+  // The kernels of the 3-PRR, where it is one: a file of 100,000 rows asks as often.
+  [[nodiscard]] int out_of_reach(const Pose& target) const {
+    if (!mechanism_) return drives_at(machine_, target).missed;
+    const InverseResult at = inverse(mechanism_->geometry, target);
+    return at.ok() ? kChains : at.chain;
+  }
+  [[nodiscard]] bool can_follow(const Displacements& cmd_mm, const Pose& target) const {
+    return mechanism_ ? trammel::forward(mechanism_->geometry, cmd_mm, target).ok()
+                      : trammel::forward(machine_, cmd_mm, target).ok();
   }
 
   [[nodiscard]] std::map<std::string, std::string> read_extras() const {
@@ -293,18 +371,26 @@ class Reader {
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return readings[a].seq < readings[b].seq; });
-    std::vector<Reading> sorted;
-    std::vector<std::map<std::string, std::string>> extras;
-    for (const std::size_t k : order) {
-      sorted.push_back(readings[k]);
-      extras.push_back(file_.extras[k]);
-    }
-    readings = std::move(sorted);
-    file_.extras = std::move(extras);
+    const auto sort = [&order](auto& list) {
+      if (list.empty()) return;
+      auto sorted = list;
+      for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = std::move(list[order[k]]);
+      list = std::move(sorted);
+    };
+    sort(readings);
+    sort(file_.extras);
+    sort(file_.session_of);
+    sort(file_.roles);
+    if (std::ranges::all_of(file_.roles, &std::string::empty)) file_.roles.clear();
   }
 
   const CsvTable& table_;
   CampaignFile& file_;
+  const Machine& machine_;
+  std::optional<Mechanism> mechanism_;  // of a 3-PRR
+  Needs needs_;
+  std::map<std::string, std::size_t> known_;  // sessions by name
+  std::set<std::size_t> walked_;              // those that have a reading
   const CsvTable::Row* row_ = nullptr;
   std::array<std::optional<std::size_t>, kColumns> at_;
   std::vector<std::size_t> unknown_;
@@ -317,29 +403,30 @@ std::string optional_text(const std::optional<double>& value) {
   return value ? number_text(*value) : "";
 }
 
-void add_numbers(std::vector<std::string>& cells, const Eigen::Vector3d& values) {
-  for (const double value : values) cells.push_back(number_text(value));
-}
-
-std::vector<std::string> reading_cells(const Reading& reading) {
+/// Every column's cell, of which a campaign has some.
+std::array<std::string, kColumns> reading_cells(const CampaignFile& file, std::size_t k) {
+  const Reading& reading = file.campaign.readings[k];
   const Conditions& at = reading.conditions;
-  std::vector<std::string> cells = {std::to_string(reading.seq), set_name(reading.set),
-                                    std::to_string(at.epoch)};
-  const auto add_pose = [&cells](const Pose& pose) {
-    cells.push_back(number_text(pose.x_mm));
-    cells.push_back(number_text(pose.y_mm));
-    cells.push_back(number_text(exact_deg(pose.phi_rad)));
+  const FileSession& session = file.sessions[file.session_of.empty() ? 0 : file.session_of[k]];
+  std::array<std::string, kColumns> cells;
+  cells[kSeq] = std::to_string(reading.seq);
+  cells[kSession] = defused(session.name);
+  cells[kCompensation] = defused(session.compensation);
+  if (!file.roles.empty()) cells[kRole] = file.roles[k];
+  cells[kSet] = set_name(reading.set);
+  cells[kEpoch] = std::to_string(at.epoch);
+  const auto add = [&cells](Column first, const Eigen::Vector3d& values, bool pose) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double value = values[static_cast<int>(i)];
+      cells[first + i] = number_text(pose && i == 2 ? exact_deg(value) : value);
+    }
   };
-  add_pose(reading.target);
-  add_numbers(cells, at.cmd_mm);
-  add_numbers(cells, at.from_mm);
-  if (reading.measured) {
-    add_pose(*reading.measured);
-  } else {
-    cells.insert(cells.end(), 3, "");
-  }
-  cells.push_back(optional_text(at.time_s));
-  cells.push_back(optional_text(at.temp_degc));
+  add(kTargetX, reading.target.vector(), true);
+  add(kCmd1, at.cmd_mm, false);
+  add(kFrom1, at.from_mm, false);
+  if (reading.measured) add(kX, reading.measured->vector(), true);
+  cells[kTime] = optional_text(at.time_s);
+  cells[kTemp] = optional_text(at.temp_degc);
   return cells;
 }
 
@@ -358,13 +445,21 @@ void read_readings_csv(const std::filesystem::path& path, CampaignFile& file) {
 }
 
 std::string readings_csv(const CampaignFile& file) {
-  std::vector<std::string> header;
-  for (const ColumnRule& rule : kRules) header.emplace_back(rule.name);
+  Needs needs = needs_of(file);
+  if (file.roles.empty()) needs[kRole] = Need::no;
+  const auto chosen = [&needs](const auto& cells) {
+    std::vector<std::string> some;
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      if (needs[c] != Need::no) some.emplace_back(cells[c]);
+    }
+    return some;
+  };
+  std::vector<std::string> header = chosen(kNames);
   header.insert(header.end(), file.extra_columns.begin(), file.extra_columns.end());
   std::string text;
   add_line(text, header);
   for (std::size_t k = 0; k < file.campaign.readings.size(); ++k) {
-    std::vector<std::string> cells = reading_cells(file.campaign.readings[k]);
+    std::vector<std::string> cells = chosen(reading_cells(file, k));
     for (const std::string& column : file.extra_columns) {
       const auto extra = file.extras.at(k).find(column);
       cells.push_back(extra == file.extras.at(k).end() ? "" : defused(extra->second));

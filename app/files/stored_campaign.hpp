@@ -5,11 +5,11 @@
 
 namespace trammel {
 
-/// Stores a campaign/1 with its x_ columns, all or nothing.
+/// Stores a campaign with its walks, exclusions and x_ columns, all or nothing.
 store::ImportResult store_campaign(store::Connection& connection, const CampaignFile& file);
 
-/// A stored campaign as campaign/1, excluded readings too. Of a campaign measured here, the column
-/// x_session says in which session a reading was taken.
+/// A stored campaign as campaign/2, excluded readings too. Stored elsewhere it is judged alike: the
+/// same walks, pairs and figures of what was measured (exchange_test.cpp); jobs stay here.
 CampaignFile stored_campaign(store::Connection& connection, const store::CampaignRow& campaign);
 
 }  // namespace trammel

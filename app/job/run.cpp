@@ -78,7 +78,7 @@ void go_back_to(store::LoadedCampaign& loaded, const store::NewJob& then) {
 
 /// The inputs as they are now, or as they were `then`.
 Inputs load(store::Connection& connection, const Request& request,
-            const store::NewJob* then = nullptr) {
+            int key_scheme = store::kKeyScheme, const store::NewJob* then = nullptr) {
   Inputs in;
   in.stage = &find_stage(request.stage);
   in.parameters = completed(*in.stage, request.parameters);
@@ -97,7 +97,8 @@ Inputs load(store::Connection& connection, const Request& request,
                            .algorithm_version = in.stage->algorithm_version,
                            .parameters_json = in.parameters.dump(),
                            .campaign = in.loaded.campaign,
-                           .excluded_seqs = excluded});
+                           .excluded_seqs = excluded},
+                          key_scheme);
   return in;
 }
 
@@ -125,7 +126,7 @@ std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& 
   for (const Reading& r : campaign.readings) {
     if (r.measured) measured.push_back(r);
   }
-  const auto all_after = predicted_after(correction, campaign.mechanism, measured);
+  const auto all_after = predicted_after(correction, mechanism_of(campaign.machine), measured);
   std::vector<Judged> points;
   points.reserve(measured.size());
   for (std::size_t k = 0; k < measured.size(); ++k) {
@@ -403,7 +404,7 @@ store::NewJob compute(store::Connection& connection, const Request& request) {
 }
 
 store::NewJob recompute(store::Connection& connection, const store::Job& job) {
-  return computed(load(connection, request_of(connection, job), &job.data));
+  return computed(load(connection, request_of(connection, job), job.data.key.scheme, &job.data));
 }
 
 std::optional<Computation> compute_new(store::Connection& connection, const Request& request) {
@@ -425,8 +426,8 @@ bool still_holds(store::Connection& connection, const Computation& computation) 
          store::exclusions(connection, campaign).size() == computation.n_exclusions;
 }
 
-store::NewJob inputs_of(store::Connection& connection, const Request& request) {
-  return begun(load(connection, request));
+store::NewJob inputs_of(store::Connection& connection, const Request& request, int key_scheme) {
+  return begun(load(connection, request, key_scheme));
 }
 
 store::CampaignRow campaign_of(store::Connection& connection, const store::NewJob& job) {

@@ -70,7 +70,8 @@ bool still_holds(store::Connection& connection, const Computation& computation);
 
 /// What `run` would compute from, on the readings as they are now: the key and all inputs; no
 /// result.
-store::NewJob inputs_of(store::Connection& connection, const Request& request);
+store::NewJob inputs_of(store::Connection& connection, const Request& request,
+                        int key_scheme = store::kKeyScheme);
 
 /// The campaign of a stored job, or of one that `compute` gave.
 store::CampaignRow campaign_of(store::Connection& connection, const store::NewJob& job);

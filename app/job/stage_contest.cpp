@@ -85,8 +85,8 @@ Trial held_out(const Candidate& candidate, const Campaign& campaign,
       held_out_poses([&candidate](const Campaign& training) { return fitted(candidate, training); },
                      campaign, rows, block);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const InverseResult l = inverse(campaign.mechanism.geometry, after[k]);
-    const InverseResult wanted = inverse(campaign.mechanism.geometry, rows[k].target);
+    const InverseResult l = inverse(mechanism_of(campaign.machine).geometry, after[k]);
+    const InverseResult wanted = inverse(mechanism_of(campaign.machine).geometry, rows[k].target);
     if (!l.ok() || !wanted.ok()) throw InputError({.what = "a corrected target is out of reach"});
     trial.position_mm[k] = position_error_mm(after[k], rows[k].target);
     trial.left_mm.row(static_cast<Eigen::Index>(k)) = (l.l_mm - wanted.l_mm).transpose();

@@ -108,10 +108,10 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   const LsqOptions options = options_of(parameters);
   std::vector<std::string> epoch_words;
   const std::vector<Reading> rows =
-      with_epochs(identify_rows(campaign), campaign.mechanism,
+      with_epochs(identify_rows(campaign), mechanism_of(campaign.machine),
                   parameters["epochs"].get<std::string>(), epoch_words);
-  const LsqResult result = identify_repeated(campaign.mechanism, rows, noise.sigma, options,
-                                             parameters["steps"].get<int>());
+  const LsqResult result = identify_repeated(mechanism_of(campaign.machine), rows, noise.sigma,
+                                             options, parameters["steps"].get<int>());
   std::vector<ScaledParameter> names;
   for (const LsqParameter& p : result.parameters) names.push_back(p.parameter);
   const auto is_geometry = [](const LsqParameter& p) { return p.epoch == 1; };
@@ -124,7 +124,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
       .goodness =
           goodness(result.chi2, result.n_equations - result.rank, noise.degrees_of_freedom)};
   IdentificationReport told = identification_report(found);
-  StageResult out{.correction = correction_of(result, campaign.mechanism),
+  StageResult out{.correction = correction_of(result, mechanism_of(campaign.machine)),
                   .details = std::move(told.details),
                   .words = std::move(told.words)};
   out.details["equations"] = result.n_equations;
@@ -142,7 +142,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   out.words.insert(out.words.end(), epoch_words.begin(), epoch_words.end());
   out.words.push_back(weight_words(noise, options.attitude_weight));
   out.words.push_back(residual_words(result));
-  out.words.push_back(simulation_words(out.correction, campaign.mechanism, rows));
+  out.words.push_back(simulation_words(out.correction, mechanism_of(campaign.machine), rows));
   return out;
 }
 

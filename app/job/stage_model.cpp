@@ -42,7 +42,7 @@ Json complete_model(const Json& given) {
 
 /// Where the fit starts: nominal, with the effects that are to be fitted.
 RobotModel start_model(const Campaign& campaign, const Json& parameters, StageResult& out) {
-  RobotModel model = nominal_model(campaign.mechanism);
+  RobotModel model = nominal_model(campaign.machine);
   for (const Json& name : parameters["effects"]) {
     if (name == kDiagnosed) {
       const Diagnosis diagnosis = diagnose(campaign);
@@ -175,8 +175,9 @@ double judged_chi2(const GeometryFit& fit, bool robust) {
 
 GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& out) {
   const NoiseLevel noise = noise_level(campaign);
-  const std::vector<Reading> rows = with_epochs(identify_rows(campaign), campaign.mechanism,
-                                                parameters["epochs"].get<std::string>(), out.words);
+  const std::vector<Reading> rows =
+      with_epochs(identify_rows(campaign), mechanism_of(campaign.machine),
+                  parameters["epochs"].get<std::string>(), out.words);
   const bool robust = parameters["robust"].get<bool>();
   GeometryFit result =
       fit_geometry(start_model(campaign, parameters, out), rows, noise.sigma,
@@ -289,7 +290,7 @@ StageResult run_hybrid(const Campaign& campaign, const Json& parameters) {
   StageResult out;
   const std::vector<Reading> rows = identify_rows(campaign);
   if (rows.size() > kMostGpSamples) {  // refused before the long fit
-    static_cast<void>(fit_gp(joint_samples(campaign.mechanism, rows)));
+    static_cast<void>(fit_gp(joint_samples(mechanism_of(campaign.machine), rows)));
   }
   const RobotModel model = fit(campaign, parameters, out).model;
   const GpMap left = fit_gp(samples_left(model, rows));
@@ -319,7 +320,7 @@ Json complete_gp(const Json& given) {
 StageResult run_gp(const Campaign& campaign, const Json& parameters) {
   StageResult out;
   const MapRows from = map_rows(campaign, parameters, out);
-  const GpMap map = fit_gp(joint_samples(campaign.mechanism, from.rows));
+  const GpMap map = fit_gp(joint_samples(mechanism_of(campaign.machine), from.rows));
   out.correction = MapCorrection{map, from.shifts};
   for (std::size_t i = 0; i < kChains; ++i) {
     const GpJoint& j = map.joints[i];

@@ -103,9 +103,10 @@ std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mec
 }
 
 MapRows map_rows(const Campaign& campaign, const Json& parameters, StageResult& out) {
-  const std::vector<Reading> rows = with_epochs(identify_rows(campaign), campaign.mechanism,
-                                                parameters["epochs"].get<std::string>(), out.words);
-  MapRows found{.rows = {}, .shifts = epoch_shifts(campaign.mechanism, rows)};
+  const std::vector<Reading> rows =
+      with_epochs(identify_rows(campaign), mechanism_of(campaign.machine),
+                  parameters["epochs"].get<std::string>(), out.words);
+  MapRows found{.rows = {}, .shifts = epoch_shifts(mechanism_of(campaign.machine), rows)};
   found.rows = without_shifts(rows, found.shifts);
   for (const auto& [epoch, shift] : found.shifts) {
     const Pose& f = shift.frame;

@@ -1,5 +1,6 @@
 #include "app/report/accuracy.hpp"
 
+#include <algorithm>
 #include <map>
 
 #include "app/job/run.hpp"
@@ -46,10 +47,13 @@ store::Summary stored_summary(const Summary& s) {
 
 void add_measured(store::Connection& connection, const store::CampaignRow& campaign,
                   const Measured& measured, store::ComputedTable& table) {
+  const std::vector<store::Job> named = corrections_by_name(measured, campaign.id);
   for (const Walk& walk : measured.walks) {
     if (!walk.counts || !walk.baseline) continue;
     const Walk& baseline = measured.walks[*walk.baseline];
-    const store::Job job = store::get_job(connection, *walk.compensation);
+    const auto by_name = std::ranges::find(named, *walk.compensation, &store::Job::id);
+    const store::Job job =
+        by_name != named.end() ? *by_name : store::get_job(connection, *walk.compensation);
     const Seen seen = seen_by(measured, job);
     std::vector<const Visit*> before;
     for (const Visit& visit : baseline.visits) before.push_back(&visit);

@@ -164,8 +164,11 @@ void add_origin(Report& report, store::Connection& connection, store::Id campaig
     report.sessions.push_back(
         {.name = walk.session.name,
          .plan = walk.session.plan_name,
-         .compensation = job ? fmt::format("{} (job {})", stages[*job], *job) : "",
-         .n_points = walk.session.n_points,
+         .compensation = job ? fmt::format("{} (job {})", stages[*job], *job)
+                         : walk.session.compensated()
+                             ? walk.session.compensation_name + " (its job is not stored here)"
+                             : "",
+         .n_points = std::max(walk.session.n_points, walk.session.n_asked),
          .n_done = walk.n_done,
          .n_readings = walk.session.n_readings,
          .n_epochs = walk.n_epochs,
@@ -178,19 +181,21 @@ void add_origin(Report& report, store::Connection& connection, store::Id campaig
     if (fact.first != kBudgetFact && fact.first != kPublishedFact) report.facts.push_back(fact);
   }
   report.chain_head = store::hex(store::chain_head(connection, campaign_id));
+  report.taken_over = store::taken_head(connection, campaign_id);
 }
 
 /// What the correction knows of itself at the points that a comparison judges, within its range:
 /// root mean square of the standard uncertainties.
 std::optional<double> model_u_mm(store::Connection& connection, const Measured& measured,
                                  const Comparison& c, const TrackerSigma& sigma) {
+  if (is_by_name(*c.job)) return std::nullopt;
   const Campaign trained =
       store::load_campaign(connection, c.job->data.campaign_id, {.sessions = c.job->data.sessions})
           .campaign;
   const std::vector<Reading> fitted = job::identify_rows(trained);
   if (fitted.size() > kMostFieldSamples) return std::nullopt;
   const auto own = own_uncertainty(job::correction_of(c.job->data.result_json),
-                                   measured.campaign.mechanism, fitted, sigma);
+                                   mechanism_of(measured.campaign.machine), fitted, sigma);
   if (!own) return std::nullopt;
   const FittedRange range = fitted_range(fitted);
   double squares = 0;
@@ -250,7 +255,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   Report report{.campaign = campaign.name,
                 .simulated = campaign.simulated,
                 .imported = campaign.imported,
-                .mechanism = mechanism_line(measured.campaign.mechanism),
+                .mechanism = mechanism_line(mechanism_of(measured.campaign.machine)),
                 .noise = {},
                 .n_readings = campaign.n_readings - campaign.n_exclusions,
                 .n_excluded = campaign.n_exclusions};
@@ -261,7 +266,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   const std::vector<Comparison> compared = comparisons(measured, groups, methods);
   for (const Comparison& c : compared) {
     add_tables(report, c);
-    if (c.job->data.stage == "lsq") {
+    if (c.job->data.stage == "lsq" && !is_by_name(*c.job)) {
       report.simulation.push_back(simulation_table(measured, c));
     }
     if (c.standing == Standing::unseen) held_out[c.group].emplace(c.job->data.stage, &c.paired);

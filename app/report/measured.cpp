@@ -13,7 +13,7 @@ namespace trammel::report {
 namespace {
 
 /// A check in between, no result.
-bool is_reference(const store::Point& point) { return point.role.starts_with("reference"); }
+bool is_reference(const std::string& role) { return role.starts_with("reference"); }
 
 /// Planned point of each attempt of a session.
 std::map<store::Id, store::Point> points_by_attempt(store::Connection& connection,
@@ -38,18 +38,41 @@ Walk make_walk(store::Connection& connection, const store::SessionRow& session,
   const std::vector<store::Point> plan = store::points(connection, session.id);
   for (const store::Point& point : plan) walk.plan.push_back(point.target);
   const auto points = points_by_attempt(connection, session.id, plan);
+  const store::ImportedWalk imported = store::imported_walk(session);
   for (const store::StoredReading& reading : stored) {
     if (reading.session_id != session.id || !reading.data.reading.measured) continue;
     Visit visit{.point = reading.data.reading.seq, .role = {}, .reading = reading.data.reading};
     if (reading.attempt_id) {
       const auto point = points.find(*reading.attempt_id);
-      if (point == points.end() || is_reference(point->second)) continue;
+      if (point == points.end()) continue;
       visit.point = point->second.seq;
       visit.role = point->second.role;
+    } else if (const auto role = imported.roles.find(visit.point); role != imported.roles.end()) {
+      visit.role = role->second;
     }
+    if (is_reference(visit.role)) continue;
     walk.visits.push_back(std::move(visit));
   }
   return walk;
+}
+
+/// Of an imported walk the targets are known as far as it went.
+void plan_as_walked(Walk& walk, const std::vector<store::SessionReading>& stored) {
+  walk.n_asked = walk.session.n_asked;
+  for (const auto& [session, reading] : stored) {
+    if (session == walk.session.id) walk.plan.push_back(reading.target);
+  }
+  walk.n_done = static_cast<int>(walk.plan.size());
+}
+
+/// A correction that is known by name alone has a number below 0, one a name.
+void number_the_named(std::vector<Walk>& walks) {
+  std::map<std::string, store::Id> numbers;
+  for (Walk& walk : walks) {
+    if (!walk.session.compensated() || walk.compensation) continue;
+    const auto next = -1 - static_cast<store::Id>(numbers.size());
+    walk.compensation = numbers.emplace(walk.session.compensation_name, next).first->second;
+  }
 }
 
 /// The group as a complete walk under the job found it again; nothing where none did.
@@ -72,7 +95,8 @@ std::vector<Pair> predicted_pairs(const Measured& measured, const Group& group,
                                   const Correction& correction) {
   std::vector<Pair> pairs;
   for (const Visit* before : group.visits) {
-    const auto after = predicted_after(correction, measured.campaign.mechanism, before->reading);
+    const auto after =
+        predicted_after(correction, mechanism_of(measured.campaign.machine), before->reading);
     if (after) pairs.push_back({before, *after});
   }
   return pairs;
@@ -95,7 +119,9 @@ Measured load_measured(store::Connection& connection, const store::CampaignRow& 
   measured.held = store::held_epochs(connection, campaign.id);
   for (const store::SessionRow& session : store::list_sessions(connection, campaign.id)) {
     measured.walks.push_back(make_walk(connection, session, stored));
+    if (session.n_asked > 0) plan_as_walked(measured.walks.back(), measured.stored);
   }
+  number_the_named(measured.walks);
   std::vector<const trammel::Walk*> walks;
   for (const Walk& walk : measured.walks) walks.push_back(&walk);
   for (std::size_t k = 0; k < walks.size(); ++k) {
@@ -107,6 +133,26 @@ Measured load_measured(store::Connection& connection, const store::CampaignRow& 
   measured.campaign = std::move(loaded.campaign);
   measured.exclusions = std::move(loaded.exclusions);
   return measured;
+}
+
+std::vector<store::Job> corrections_by_name(const Measured& measured, store::Id campaign_id) {
+  std::vector<store::Job> all;
+  std::vector<store::Id> baselines;
+  for (const Walk& walk : measured.walks) {
+    if (!walk.compensation) baselines.push_back(walk.session.id);
+  }
+  for (const Walk& walk : measured.walks) {
+    const store::Id id = walk.compensation.value_or(0);
+    if (id >= 0 || std::ranges::find(all, id, &store::Job::id) != all.end()) continue;
+    all.push_back({.id = id,
+                   .created_utc = {},
+                   .provenance = {},
+                   .data = {.campaign_id = campaign_id,
+                            .stage = walk.session.compensation_name,
+                            .n_readings = static_cast<int>(measured.stored.size()),
+                            .sessions = baselines}});
+  }
+  return all;
 }
 
 Seen seen_by(const Measured& measured, const store::Job& job) {
@@ -151,7 +197,7 @@ std::vector<Group> baseline_groups(const Measured& measured) {
 
 Paired paired(const Measured& measured, const Group& group, const store::Job& job) {
   std::vector<Pair> again = measured_pairs(measured, group, job.id);
-  if (!again.empty()) return {.predicted = false, .pairs = std::move(again)};
+  if (!again.empty() || is_by_name(job)) return {.predicted = false, .pairs = std::move(again)};
   return {.predicted = true,
           .pairs = predicted_pairs(measured, group, job::correction_of(job.data.result_json))};
 }

@@ -31,6 +31,13 @@ struct Measured {
 
 Measured load_measured(store::Connection& connection, const store::CampaignRow& campaign);
 
+/// Corrections that sessions had whose job is not in this database (they were imported): a job by
+/// name, with a number below 0 (Walk::compensation) and no result. Its fit is taken to have seen
+/// the identify readings of the baselines, as the exchange format has it: validate rows are never
+/// fitted.
+std::vector<store::Job> corrections_by_name(const Measured& measured, store::Id campaign_id);
+inline bool is_by_name(const store::Job& job) { return job.id < 0; }
+
 /// What the fit of a job of this campaign has seen: the readings that it took, as they were then.
 Seen seen_by(const Measured& measured, const store::Job& job);
 

@@ -35,6 +35,10 @@ Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Mea
     }
     jobs.insert_or_assign(row.stage, store::get_job(connection, row.id));
   }
+  for (store::Job& job : corrections_by_name(measured, campaign_id)) {
+    if (!is_used(job.id)) continue;
+    jobs.emplace(job.data.stage + " (by name)", std::move(job));
+  }
   return jobs;
 }
 
@@ -42,10 +46,12 @@ std::vector<const store::Job*> in_order(const Jobs& jobs) {
   std::vector<const store::Job*> order;
   const std::vector<std::string> first = {"lsq", "idw", "rbf"};
   for (const std::string& stage : first) {
-    if (const auto job = jobs.find(stage); job != jobs.end()) order.push_back(&job->second);
+    for (const auto& [key, job] : jobs) {
+      if (job.data.stage == stage) order.push_back(&job);
+    }
   }
-  for (const auto& [stage, job] : jobs) {
-    if (std::find(first.begin(), first.end(), stage) == first.end()) order.push_back(&job);
+  for (const auto& [key, job] : jobs) {
+    if (std::ranges::find(first, job.data.stage) == first.end()) order.push_back(&job);
   }
   return order;
 }

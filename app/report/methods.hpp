@@ -9,9 +9,10 @@
 
 namespace trammel::report {
 
-using Jobs = std::map<std::string, store::Job>;  // by stage
+using Jobs = std::map<std::string, store::Job>;  // by stage; "lsq (by name)"
 
-/// Per stage the job a session was compensated by, else the newest.
+/// Per stage the job a session was compensated by, else the newest; and the corrections of sessions
+/// whose job is not in this database.
 Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Measured& measured);
 
 /// Methods in the paper's order, then the others by name. The pointers live as long as `jobs`.

@@ -12,6 +12,7 @@
 #include "core/judge/budget.hpp"
 #include "core/judge/seen.hpp"
 #include "core/statistics/summary.hpp"
+#include "store/verify.hpp"
 
 namespace trammel::report {
 
@@ -175,6 +176,7 @@ struct Report {
   std::vector<BudgetRow> budget = {};        // of the correction of best_table; none without sigma
   std::vector<std::pair<std::string, std::string>> facts = {};  // the campaign's own
   std::string chain_head = {};                                  // SHA-256 over all readings
+  std::optional<store::TakenOver> taken_over = {};  // from an older database, with its head there
 };
 
 /// Mean deviations of circles after a correction that were published, where they were.

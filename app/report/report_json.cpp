@@ -174,7 +174,10 @@ Json origin_json(const Report& report) {
           {"exclusions", report.exclusions},
           {"facts", facts},
           {"budget", budget_json(report.budget)},
-          {"chain_head", report.chain_head}};
+          {"chain_head", report.chain_head},
+          {"taken_over", report.taken_over ? Json{{"from_version", report.taken_over->from_version},
+                                                  {"chain_head", report.taken_over->head}}
+                                           : Json()}};
 }
 
 }  // namespace

@@ -267,7 +267,12 @@ std::string origin_text(const Report& report) {
   for (const auto& [key, value] : report.facts) {
     text += printable(key) + ": " + printable(value) + "\n";
   }
-  return text + "SHA-256 over all readings: " + report.chain_head + "\n";
+  text += "SHA-256 over all readings: " + report.chain_head + "\n";
+  if (report.taken_over) {
+    text += fmt::format("SHA-256 in the database of version {} they were taken over from: {}\n",
+                        report.taken_over->from_version, report.taken_over->head);
+  }
+  return text;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "app/session/settings.hpp"
 #include "core/error.hpp"
 #include "store/clock.hpp"
-#include "store/digest.hpp"
+#include "store/machine.hpp"
 #include "store/provenance.hpp"
 
 namespace trammel::session {
@@ -45,10 +45,7 @@ std::string plan_sha256(const Plan& plan, const Mechanism& mechanism) {
     digest << p.seq << p.target.x_mm << p.target.y_mm << p.target.phi_rad;
     for (const int direction : p.approach) digest << direction;
   }
-  const GeometryVector geometry = to_vector(mechanism.geometry);
-  for (const double parameter : geometry) digest << parameter;
-  digest << mechanism.screw_lead_mm << mechanism.home.x_mm << mechanism.home.y_mm
-         << mechanism.home.phi_rad << mechanism.limits.l_min_mm << mechanism.limits.l_max_mm;
+  digest << machine_of(mechanism);
   return store::hex(digest.finish());
 }
 

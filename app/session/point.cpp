@@ -184,7 +184,7 @@ Failure Runner::judge(const store::NewReading& stored) const {
 Campaign Runner::so_far() const {
   Campaign campaign;
   campaign.name = course_.campaign.name;
-  campaign.mechanism = devices_->mechanism;
+  campaign.machine = machine_of(devices_->mechanism);
   campaign.tracker = devices_->sigma;
   for (const auto& [seq, stored] : measured_) campaign.readings.push_back(stored.data.reading);
   return campaign;

@@ -33,7 +33,7 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   if (const auto row = store::find_campaign(connection, request.campaign)) {
     // No session's readings are asked for: the mechanism alone.
     const auto loaded = store::load_campaign(connection, row->id);
-    if (machine_of(loaded.campaign.mechanism) != machine_of(devices.mechanism)) {
+    if (loaded.campaign.machine != machine_of(devices.mechanism)) {
       throw InputError({.what = "the campaign is of another mechanism",
                         .where = {.field = "campaign"},
                         .got = request.campaign,
@@ -52,7 +52,7 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   Campaign campaign;
   campaign.name = request.campaign;
   campaign.simulated = devices.simulated;
-  campaign.mechanism = devices.mechanism;
+  campaign.machine = machine_of(devices.mechanism);
   campaign.tracker = devices.sigma;
   campaign.facts = {{"stage", devices.stage->describe()},
                     {"instrument", devices.tracker->describe()}};

@@ -24,7 +24,8 @@ constexpr std::size_t kMaxSideBytes = 256'000'000;
 constexpr std::size_t kRoomBytes = 128 * 1024;
 
 std::string digest_of(const SideJson& json) {
-  return store::hex((store::Digest() << json.dump()).finish());
+  // The order of the side files there are.
+  return store::hex((store::Digest(store::ByteOrder::little) << json.dump()).finish());
 }
 
 SideJson three(const Displacements& l) { return {l[0], l[1], l[2]}; }

@@ -176,7 +176,7 @@ SessionStatus status_of(store::Connection& connection, const store::CampaignRow&
   status.simulated = campaign.simulated;
   status.session = row->name;
   status.plan = row->plan_name;
-  status.compensated = row->compensation_job.has_value();
+  status.compensated = row->compensated();
   status.n_points = row->n_points;
   status.n_ok = row->n_ok;
   const bool current = process && current_session(connection, campaign) == session;

@@ -66,8 +66,6 @@ struct Around {
   Library library;
 };
 
-Machine machine_of(const Campaign& campaign) { return machine_of(campaign.mechanism); }
-
 std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
   std::vector<Reading> readings;
   for (const Reading& r : campaign.readings) {
@@ -77,9 +75,8 @@ std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
 }
 
 void require_enough(const Work& w) {
-  const auto parameters = base_parameters(machine_of(w.campaign), w.readings).size();
-  const auto coordinates =
-      static_cast<std::size_t>(measured_by(nominal_model(machine_of(w.campaign))));
+  const auto parameters = base_parameters(w.campaign.machine, w.readings).size();
+  const auto coordinates = static_cast<std::size_t>(measured_by(nominal_model(w.campaign.machine)));
   if (coordinates * w.readings.size() >= parameters + 9) return;
   throw InputError({.what = "too few readings to look for a missing effect",
                     .got = std::to_string(w.readings.size()) + " identify readings",
@@ -91,7 +88,7 @@ void require_enough(const Work& w) {
 
 void fit_base(Work& w) {
   const NoiseFloor& noise = w.out.noise;
-  w.base = fit_geometry(nominal_model(w.campaign.mechanism), w.readings, noise.sigma(),
+  w.base = fit_geometry(nominal_model(w.campaign.machine), w.readings, noise.sigma(),
                         {.correlation = noise.correlation});
   w.space = residual_space(w.base, w.readings, noise.sigma(), noise.correlation);
   w.library = make_library(w.space);
@@ -100,7 +97,7 @@ void fit_base(Work& w) {
 /// Step 1: whose word on the noise is taken first.
 void first_noise(Work& w) {
   NoiseFloor& noise = w.out.noise;
-  noise.repeats = pooled_noise(w.campaign.readings);
+  noise.repeats = pooled_noise(w.campaign.readings, w.campaign.machine.measured);
   if (w.campaign.tracker ||
       (noise.repeats && noise.repeats->degrees_of_freedom >= kEnoughRepeats)) {
     const NoiseLevel level = noise_level(w.campaign);
@@ -491,11 +488,13 @@ void leave_unexplained(Work& w, std::vector<Finding> where) {
                             [](const NamedEffect& e) { return e.name == "outlier_readings"; });
   out.tried.assign(tried, out.effects.end());
   out.effects.erase(tried, out.effects.end());
+  out.tried_model = out.fit.model;
   out.fit = w.base;
   NoiseFloor& noise = out.noise;
   if (noise.rescaled && noise.used.xy_mm > noise.first.xy_mm) {
     // the structure is part of that size: it says nothing about the noise
     noise.used = noise.first;
+    noise.y_over_x = 1;
     noise.rescaled = false;
     out.notes.push_back(
         "the residuals are larger than the noise that tracker or repeats state, but structure is "
@@ -675,7 +674,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
 void leave_to_the_screen(Work& w) {
   Diagnosis& out = w.out;
   out.verdict = Verdict::unexplained;
-  out.fit.model = nominal_model(w.campaign.mechanism);
+  out.fit.model = nominal_model(w.campaign.machine);
   out.notes.emplace_back(
       "nothing was fitted: what the screen found has to be put right first, in the campaign's "
       "files "
@@ -764,6 +763,12 @@ Diagnosis diagnose(const Campaign& measured, const DiagnoseOptions& options) {
       plan_next_points(w.base, w.readings, w.out.noise.sigma(), ties,
                        {.new_epoch = options.new_epoch_next, .within = options.next_within});
   measure_gap(campaign, w.readings, w.base, w.out);
+  w.out.by_target = reversals_by_target(campaign.machine, w.readings);
+  const bool open = w.out.verdict == Verdict::unexplained || w.out.verdict == Verdict::ambiguous;
+  if (open && campaign.machine.kind->n_chains == 1) {
+    for (const AtTarget& at : w.out.by_target)
+      w.out.notes.push_back(in_words(at, campaign.machine));
+  }
   for (const Reading& r : of_set(campaign, ReadingSet::predict)) {
     const PredictedPose p = predict_with_covariance(w.out.fit, r.conditions);
     w.out.predictions.push_back({r.seq, p.pose, p.covariance.diagonal().cwiseSqrt()});

@@ -8,6 +8,7 @@
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/diagnose/audit.hpp"
+#include "core/diagnose/by_target.hpp"
 #include "core/diagnose/next_points.hpp"
 #include "core/diagnose/noise.hpp"
 #include "core/diagnose/structure.hpp"
@@ -129,6 +130,10 @@ struct Diagnosis {
   std::vector<Considered> considered;  // sets that lost by more than a rival may
   std::vector<Finding> structure;      // what is left when the verdict is `unexplained`
   std::vector<GapStep> gap;
+  RobotModel tried_model;  // unexplained: geometry and `tried`
+  std::vector<GapStep>
+      gap_tried;  // unexplained: what `tried` closes all the same, from geometry on
+  std::vector<AtTarget> by_target;  // of runs from both sides
   NextPoints next;
   std::vector<PredictedRow> predictions;
   GeometryFit fit;                 // of the last model of the chain

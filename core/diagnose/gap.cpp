@@ -137,29 +137,37 @@ void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, cons
   const double sigma_mm = one_sigma_mm(sigma, base.model.nominal.measured);
   const RobotModel nominal = nominal_model(base.model.nominal);
   diagnosis.gap.push_back(make_step("nominal", nominal, seen, unseen, nominal, sigma_mm));
-  const auto add = [&](std::string name, const GeometryFit& fit) {
-    diagnosis.gap.push_back(make_step(std::move(name), fit.model, seen, unseen, nominal, sigma_mm));
-    add_parameters(diagnosis.gap.back(), fit);
+  const auto step = [&](std::string name, const GeometryFit& fit) {
+    GapStep made = make_step(std::move(name), fit.model, seen, unseen, nominal, sigma_mm);
+    add_parameters(made, fit);
+    return made;
   };
-  add("geometry", base);
-  std::vector<const NamedEffect*> order;
-  for (const NamedEffect& e : diagnosis.effects) {
-    if (e.name != "outlier_readings") order.push_back(&e);
-  }
-  std::stable_sort(order.begin(), order.end(), [](const NamedEffect* a, const NamedEffect* b) {
-    return a->share_of_gap > b->share_of_gap;
-  });
-  GeometryFit fit = base;
-  for (const NamedEffect* e : order) {
-    RobotModel start = fit.model;
-    for (const ActiveEffect& active : diagnosis.fit.model.effects) {
-      if (active.effect->name == e->name) start.effects.push_back(active);
+  // Each effect of `named` with its values in `model`, the largest first; `last`: the fit of all.
+  const auto chain = [&](const std::vector<NamedEffect>& named, const RobotModel& model,
+                         const GeometryFit* last, std::vector<GapStep>& gap) {
+    std::vector<const NamedEffect*> order;
+    for (const NamedEffect& e : named) {
+      if (e.name != "outlier_readings") order.push_back(&e);
     }
-    const bool last = start.effects.size() == diagnosis.fit.model.effects.size();
-    fit = last ? diagnosis.fit
-               : fit_geometry(start, fitted, sigma, {.correlation = diagnosis.noise.correlation});
-    add("+" + e->name, fit);
-  }
+    std::stable_sort(order.begin(), order.end(), [](const NamedEffect* a, const NamedEffect* b) {
+      return a->share_of_gap > b->share_of_gap;
+    });
+    GeometryFit fit = base;
+    for (const NamedEffect* e : order) {
+      RobotModel start = fit.model;
+      for (const ActiveEffect& active : model.effects) {
+        if (active.effect->name == e->name) start.effects.push_back(active);
+      }
+      const bool all = start.effects.size() == model.effects.size();
+      fit = all && last != nullptr
+                ? *last
+                : fit_geometry(start, fitted, sigma, {.correlation = diagnosis.noise.correlation});
+      gap.push_back(step("+" + e->name, fit));
+    }
+  };
+  diagnosis.gap.push_back(step("geometry", base));
+  chain(diagnosis.effects, diagnosis.fit.model, &diagnosis.fit, diagnosis.gap);
+  chain(diagnosis.tried, diagnosis.tried_model, nullptr, diagnosis.gap_tried);
 }
 
 }  // namespace trammel

@@ -49,7 +49,7 @@ BudgetRow temperature_row(const Campaign& campaign, const BudgetFacts& facts) {
   row.unit = "K";
   const double alpha = facts.alpha_per_k.value_or(12e-6);
   row.sensitivity =
-      alpha * facts.length_mm.value_or(campaign.mechanism.geometry.chains.front().R_mm);
+      alpha * facts.length_mm.value_or(mechanism_of(campaign.machine).geometry.chains.front().R_mm);
   if (!facts.alpha_per_k && row.value > 0) row.source += "; alpha of steel assumed";
   return row;
 }

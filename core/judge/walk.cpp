@@ -1,5 +1,6 @@
 #include "core/judge/walk.hpp"
 
+#include <algorithm>
 #include <map>
 
 #include "core/judge/seen.hpp"
@@ -15,17 +16,19 @@ std::vector<const Visit*> pointers(const Walk& walk) {
   return all;
 }
 
+int n_planned(const Walk& walk) {
+  return std::max(walk.n_asked, static_cast<int>(walk.plan.size()));
+}
+
 }  // namespace
 
 bool on_circle(const Visit& visit) { return visit.role.starts_with("circle"); }
 
-bool complete(const Walk& walk) {
-  return static_cast<std::size_t>(walk.n_done) >= walk.plan.size();
-}
+bool complete(const Walk& walk) { return walk.n_done >= n_planned(walk); }
 
 bool same_plan(const Walk& a, const Walk& b) {
-  if (a.plan.empty() || a.plan.size() != b.plan.size()) return false;
-  for (std::size_t k = 0; k < a.plan.size(); ++k) {
+  if (a.plan.empty() || b.plan.empty() || n_planned(a) != n_planned(b)) return false;
+  for (std::size_t k = 0; k < std::min(a.plan.size(), b.plan.size()); ++k) {
     if (!same_target(a.plan[k], b.plan[k])) return false;
   }
   return true;

@@ -25,14 +25,15 @@ bool on_circle(const Visit& visit);
 struct Walk {
   std::optional<std::int64_t> compensation = {};  // which correction the robot had; none: baseline
   std::vector<Pose> plan = {};  // targets in their order; none where readings came without a plan
-  int n_done = 0;               // points of the plan with a reading, excluded ones too
+  int n_asked = 0;  // points it was to have, where more than the targets that are known (imported)
+  int n_done = 0;   // points of the plan with a reading, excluded ones too
   std::vector<Visit> visits = {};  // those that count, in the order of measurement
 };
 
 /// Every point of the plan was measured.
 bool complete(const Walk& walk);
 
-/// The same targets in the same order.
+/// The same targets in the same order, as far as both are known, and as many.
 bool same_plan(const Walk& a, const Walk& b);
 
 /// Whether figures may be made of walk k. A compensated walk stands when it is complete. A baseline

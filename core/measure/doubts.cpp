@@ -10,7 +10,7 @@
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/printed.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
@@ -60,8 +60,11 @@ void add_nominal(const Campaign& c, std::vector<Suspicion>& found) {
 void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
   if (!c.tracker) return;
   const SmoothResidual left = smooth_residual(c);
-  const double left_xy_mm = std::hypot(left.x_mm, left.y_mm) / std::sqrt(2.0);
-  const double xy = left_xy_mm / c.tracker->xy_mm, phi = left.phi_rad / c.tracker->phi_rad;
+  const Coordinates& measured = c.machine.measured;
+  const double n_xy = (measured[0] ? 1 : 0) + (measured[1] ? 1 : 0);
+  const double left_xy_mm = std::hypot(left.x_mm, left.y_mm) / std::sqrt(n_xy);
+  const double xy = left_xy_mm / c.tracker->xy_mm;
+  const double phi = measured[2] ? left.phi_rad / c.tracker->phi_rad : 1;
   const bool judged = left.degrees_of_freedom >= kEnoughFreedom;
   const auto near = [](double ratio, double unit) {
     return ratio > unit / kWithinUnit && ratio < unit * kWithinUnit;
@@ -93,10 +96,10 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
                  is_xy ? left_xy_mm : deg_from_rad(left.phi_rad), is_xy ? "mm" : "deg", ratio)});
     return;
   }
-  const auto repeats = pooled_noise(c.readings);
+  const auto repeats = pooled_noise(c.readings, measured);
   if (!repeats || repeats->degrees_of_freedom < kEnoughFreedom) return;
   if (repeats->sigma.xy_mm < kTooBad * c.tracker->xy_mm &&
-      repeats->sigma.phi_rad < kTooBad * c.tracker->phi_rad)
+      (!measured[2] || repeats->sigma.phi_rad < kTooBad * c.tracker->phi_rad))
     return;
   found.push_back({Mistake::sigma_unit,
                    printed("is the stated sigma in the right unit? It is %.3g mm and %.3g deg",
@@ -230,8 +233,8 @@ void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
   std::vector<int> others;
   double most_mm = 0;
   for (const Reading& r : c.readings) {
-    const InverseResult at = inverse(c.mechanism.geometry, r.target);
-    const double off_mm = at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0;
+    const DrivesAt at = drives_at(c.machine, r.target);
+    const double off_mm = at.reached() ? (r.conditions.cmd_mm - at.q_mm).cwiseAbs().maxCoeff() : 0;
     if (off_mm > kNominalCommandMm) others.push_back(r.seq);
     most_mm = std::max(most_mm, off_mm);
   }

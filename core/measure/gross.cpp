@@ -265,14 +265,14 @@ struct Fitted {
 
 class Search {
  public:
-  explicit Search(const Campaign& campaign) : geometry_(campaign.mechanism.geometry) {
+  explicit Search(const Campaign& campaign) : geometry_(mechanism_of(campaign.machine).geometry) {
     for (const Reading& r : campaign.readings) {
       if (!r.measured) continue;
       commands_.push_back(r.conditions.cmd_mm);
       targets_.push_back(r.target);
       measured_.push_back(*r.measured);
     }
-    home_ = inverse(geometry_, campaign.mechanism.home);
+    home_ = inverse(geometry_, campaign.machine.home);
   }
 
   [[nodiscard]] bool enough() const {
@@ -623,13 +623,13 @@ std::vector<Suspicion> gross_mistakes_of_few(const Campaign& campaign) {
              }),
              now_mm);
   }
-  const Geometry& geometry = campaign.mechanism.geometry;
-  const InverseResult home = inverse(geometry, campaign.mechanism.home);
+  const Geometry& geometry = mechanism_of(campaign.machine).geometry;
+  const InverseResult home = inverse(geometry, campaign.machine.home);
   if (!home.ok()) return {};
   const auto in_drives = [&](const Model& model) {
     return farthest([&](const Reading& r) {
       const Displaced l = displacements_at(model, *r.measured);
-      const Displaced at_home = displacements_at(model, campaign.mechanism.home);
+      const Displaced at_home = displacements_at(model, campaign.machine.home);
       if (!l || !at_home) return static_cast<double>(INFINITY);
       // From home on: what a drive counts there is not known.
       const Displacements way = *l - *at_home - (r.conditions.cmd_mm - home.l_mm);

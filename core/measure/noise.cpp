@@ -187,7 +187,7 @@ std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings,
 }
 
 NoiseLevel noise_level(const Campaign& campaign) {
-  const Coordinates measured = {true, true, true};
+  const Coordinates& measured = campaign.machine.measured;
   NoiseLevel level{.stated = campaign.tracker,
                    .repeats = pooled_noise(campaign.readings, measured)};
   const auto& repeats = level.repeats;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mechanism/geometry.hpp"
+#include "core/mechanism/machine.hpp"
 #include "core/mechanism/pose.hpp"
 
 namespace trammel {
@@ -14,7 +14,8 @@ namespace trammel {
 /// Validation readings are never fitted; a predict row has no measured pose.
 enum class ReadingSet { identify, validate, predict };
 
-/// Under what a reading was taken: all a model may use to predict it.
+/// Under what a reading was taken: all a model may use to predict it. Drives that the machine has
+/// not are 0, and so are coordinates of a measured pose that `Machine::measured` leaves out.
 struct Conditions {
   Displacements cmd_mm = Displacements::Zero();  // commanded joint displacements
   Displacements from_mm =
@@ -41,7 +42,7 @@ struct TrackerSigma {
 struct Campaign {
   std::string name;
   bool simulated = false;
-  Mechanism mechanism;
+  Machine machine;
   std::optional<TrackerSigma> tracker;
   std::map<std::string, std::string> facts;
   std::vector<Reading> readings;  // by seq

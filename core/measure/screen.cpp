@@ -77,7 +77,9 @@ std::string to_string(Gravity gravity) {
 }
 
 std::vector<Suspicion> screened(const Campaign& campaign) {
-  std::vector<Suspicion> found = gross_mistakes(campaign);
+  std::vector<Suspicion> found;
+  // its relations are written in the inverse kinematics of the 3-PRR
+  if (campaign.machine.kind->chain == &kPrrChain) found = gross_mistakes(campaign);
   if (found.empty()) found = bad_readings(campaign);
   for (Suspicion& doubt : doubts(campaign, found)) found.push_back(std::move(doubt));
   std::ranges::stable_sort(

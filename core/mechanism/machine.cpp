@@ -51,14 +51,19 @@ void require_machine(bool ok, const std::string& field, const std::string& got,
                     .expected = expected});
 }
 
+/// No machine on a bench is longer, and nothing that squares a length overflows.
+constexpr double kLongestMm = 1e5;
+constexpr double kMostLeadMm = 1e4;
+
 bool within_range(ValueRange range, double value) {
-  return std::isfinite(value) && (range == ValueRange::any || value > 0 ||
-                                  (range == ValueRange::not_negative && value == 0));
+  return std::abs(value) <= kLongestMm && (range == ValueRange::any || value > 0 ||
+                                           (range == ValueRange::not_negative && value == 0));
 }
 
 void validate_chain(const MachineKind& kind, const ChainValues& values, const std::string& chain) {
-  constexpr std::array<const char*, 3> kExpected = {"a finite number", "a positive length",
-                                                    "no negative length"};
+  constexpr std::array<const char*, 3> kExpected = {"a number within 1e5",
+                                                    "a positive length within 1e5 mm",
+                                                    "no negative length, nor one over 1e5 mm"};
   for (std::size_t k = 0; k < kind.chain->parameters.size(); ++k) {
     const ChainParameter& p = kind.chain->parameters[k];
     require_machine(within_range(p.range, values[k]), chain + "." + std::string(p.field),
@@ -137,17 +142,18 @@ void validate(const Machine& machine) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(machine.kind->n_chains); ++i) {
     validate_chain(*machine.kind, machine.chains[i], numbered("chains", i));
     const Drive& drive = machine.drives[i];
-    require_machine(std::isfinite(drive.lead_mm) && drive.lead_mm > 0,
+    require_machine(drive.lead_mm > 0 && drive.lead_mm <= kMostLeadMm,
                     numbered("drives", i) + ".lead_mm", std::to_string(drive.lead_mm),
-                    "a positive length");
+                    "a positive length within 1e4 mm");
     const Limits& limits = drive.limits;
-    require_machine(std::isfinite(limits.l_min_mm) && std::isfinite(limits.l_max_mm) &&
+    require_machine(std::abs(limits.l_min_mm) <= kLongestMm &&
+                        std::abs(limits.l_max_mm) <= kLongestMm &&
                         limits.l_min_mm < limits.l_max_mm,
                     numbered("drives", i) + ".limits.l_max_mm", std::to_string(limits.l_max_mm),
-                    "more than l_min_mm");
+                    "more than l_min_mm, both within 1e5 mm");
   }
-  require_machine(machine.home.vector().allFinite(), "home", std::to_string(machine.home.x_mm),
-                  "a finite pose");
+  require_machine((machine.home.vector().array().abs() <= kLongestMm).all(), "home",
+                  std::to_string(machine.home.x_mm), "a pose within 1e5 mm of the origin");
   require_machine(std::ranges::find(machine.measured, true) != machine.measured.end(), "measured",
                   "nothing", "one coordinate at least");
   const Reach home = reach(machine, machine.home);

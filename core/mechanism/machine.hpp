@@ -46,7 +46,7 @@ struct Drive {
 };
 
 struct Machine {
-  const MachineKind* kind = nullptr;
+  const MachineKind* kind = &machine_kinds().front();
   std::array<ChainValues, kChains> chains = {};
   std::array<Drive, kChains> drives = {};
   Pose home;  // pose at which the stage was zeroed

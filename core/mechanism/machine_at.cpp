@@ -51,11 +51,13 @@ MachineAt MachineSolver::at(const Displacements& q_mm, const Pose& start, bool m
     result.J_e = error_jacobian(rails_, found.at);
     return result;
   }
-  const MachinePose found = forward(machine_, q_mm, start);
+  Displacements q = q_mm;  // drives that the machine has not stand at 0
+  for (int i = machine_.kind->n_chains; i < kChains; ++i) q[i] = 0;
+  const MachinePose found = forward(machine_, q, start);
   result.status = status_of(found.status);
   if (!found.ok()) return result;
   result.pose = found.pose;
-  const Closures here = closures(machine_, q_mm, found.pose);
+  const Closures here = closures(machine_, q, found.pose);
   result.J_e = error_jacobian(here);
   if (!moment) return result;
   result.J_V = velocity_jacobian(here);

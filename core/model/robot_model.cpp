@@ -45,7 +45,10 @@ Moment moment_under(const RobotModel& model, const Conditions& at, const Machine
 
 Prediction moment_at(const MachineSolver& solver, const RobotModel& model,
                      const Conditions& conditions) {
+  const MachineKind& kind = *model.nominal.kind;
   Prediction result;
+  result.columns = &chain_columns(kind);
+  result.J_e = ParameterColumns::Zero(3, std::ssize(parameters_of(kind)));
   const EpochShift shift = shift_of(model.epochs, conditions.epoch);
   const MachineAt at = solver.at(conditions.cmd_mm + shift.l_zero_mm, model.nominal.home, true);
   result.status = at.status;
@@ -53,7 +56,6 @@ Prediction moment_at(const MachineSolver& solver, const RobotModel& model,
   result.pose = at.pose;
   result.moment = moment_under(model, conditions, at);
   result.J_e = at.J_e;
-  result.columns = &chain_columns(*model.nominal.kind);
   return result;
 }
 

@@ -86,7 +86,7 @@ void make_archive(const Path& folder) {
     Campaign c;
     c.name = "campaign " + std::to_string(k);
     c.simulated = true;
-    c.mechanism = paper_mechanism();
+    c.machine = machine_of(paper_mechanism());
     c.tracker = kSigma;
     c.readings = measured(random);
     seconds += best(

@@ -57,7 +57,7 @@ class Bare {
 Campaign campaign(int n) {
   Campaign c;
   c.name = "bench";
-  c.mechanism = paper_mechanism();
+  c.machine = machine_of(paper_mechanism());
   for (int seq = 1; seq <= n; ++seq) {
     Reading r;
     r.seq = seq;

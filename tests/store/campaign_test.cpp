@@ -20,14 +20,15 @@ TEST_CASE("an imported campaign comes back bit for bit", "[store]") {
   c.readings[2].conditions.epoch = 2;
   c.readings[4].set = ReadingSet::predict;
   c.readings[4].measured.reset();
-  c.mechanism.geometry.chains[1].h_mm = 0.1 + 0.2;
+  c.machine.chains[1][6] = 0.1 + 0.2;  // h_2
   const ImportResult result = import_campaign(db, c, {{3, R"({"x_operator":"=1+1"})"}});
   CHECK_FALSE(result.already_stored);
   const LoadedCampaign loaded = load_campaign(db, result.campaign_id);
   CHECK(loaded.campaign.name == c.name);
   CHECK(loaded.campaign.simulated);
   CHECK(loaded.campaign.facts == c.facts);
-  CHECK(to_vector(loaded.campaign.mechanism.geometry) == to_vector(c.mechanism.geometry));
+  CHECK(to_vector(mechanism_of(loaded.campaign.machine).geometry) ==
+        to_vector(mechanism_of(c.machine).geometry));
   CHECK(loaded.campaign.tracker->phi_rad == c.tracker->phi_rad);
   REQUIRE(loaded.campaign.readings.size() == c.readings.size());
   for (std::size_t i = 0; i < c.readings.size(); ++i) {

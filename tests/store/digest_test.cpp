@@ -19,7 +19,7 @@ TEST_CASE("a digest of any length is that of libsodium in one piece", "[store]")
     std::string text(size, ' ');
     for (char& c : text) c = static_cast<char>(random.below(256));
     std::string whole = "t";
-    for (unsigned k = 0; k < 8; ++k) whole += static_cast<char>(size >> 8 * k);
+    for (unsigned k = 8; k-- > 0;) whole += static_cast<char>(size >> 8 * k);
     whole += text;
     Sha256 expected{};
     crypto_hash_sha256(expected.data(), reinterpret_cast<const unsigned char*>(whole.data()),

@@ -18,7 +18,7 @@ TempFolder::~TempFolder() {
 Campaign small_campaign(int n, const std::string& name) {
   Campaign c;
   c.name = name;
-  c.mechanism = paper_mechanism();
+  c.machine = machine_of(paper_mechanism());
   c.tracker = TrackerSigma{0.01, 7e-5};
   c.facts = {{"instrument", "laser tracker"}, {"operator", "Zoë"}};
   for (int seq = 1; seq <= n; ++seq) {

@@ -16,10 +16,10 @@ using trammel::test::TempFolder;
 namespace {
 
 const std::vector<std::string> kTables = {
-    "campaign",      "campaign_chain", "campaign_fact", "job",        "session",
-    "session_event", "epoch",          "point",         "attempt",    "reading",
-    "exclusion",     "job_session",    "job_exclusion", "job_parent", "job_key_part",
-    "job_statistic", "job_point",      "model",         "seal"};
+    "campaign",      "machine",   "machine_chain", "drive",         "taken_over", "campaign_fact",
+    "job",           "session",   "session_event", "epoch",         "point",      "attempt",
+    "reading",       "exclusion", "job_session",   "job_exclusion", "job_parent", "job_key_part",
+    "job_statistic", "job_point", "model",         "seal"};
 
 // At least one row in every table.
 void fill(Connection& db) {

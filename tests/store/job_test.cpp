@@ -23,7 +23,7 @@ TEST_CASE("every input of a job changes its key, and nothing else does", "[store
   changed[4].readings[0].conditions.time_s = 0;
   changed[5].readings[0].set = ReadingSet::validate;
   changed[6].readings[0].conditions.epoch = 2;
-  changed[7].mechanism.geometry.chains[2].h_mm = 1e-9;
+  changed[7].machine.chains[2][6] = 1e-9;  // h_3
   changed[8].tracker.reset();
   std::swap(changed[9].readings[0], changed[9].readings[1]);
   std::set<std::string> keys = {key.key};

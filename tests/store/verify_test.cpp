@@ -27,7 +27,8 @@ void write(const std::filesystem::path& file, const std::string& bytes) {
 // A database with rows of every kind, in one file without a log.
 std::string whole_database(const TempFolder& folder) {
   Connection db = store::open(folder.file("lab.db"), Access::create);
-  const Id campaign = import_campaign(db, test::small_campaign(), {{2, "{}"}}).campaign_id;
+  const Id campaign =
+      import_campaign(db, test::small_campaign(), {.extra_json = {{2, "{}"}}}).campaign_id;
   const Id session = test::measured_session(db, campaign, "baseline", 3);
   add_event(db, session, "done");
   exclude_reading(db, campaign, 2, "bumped");
@@ -42,7 +43,8 @@ std::string whole_database(const TempFolder& folder) {
 // The n attempts at a session's points and their readings, in one file without a log.
 std::filesystem::path measured_database(const TempFolder& folder, int n) {
   Connection db = store::open(folder.file("lab.db"), Access::create);
-  const Id campaign = import_campaign(db, test::small_campaign(), {{2, "{}"}}).campaign_id;
+  const Id campaign =
+      import_campaign(db, test::small_campaign(), {.extra_json = {{2, "{}"}}}).campaign_id;
   test::measured_session(db, campaign, "baseline", n);
   Connection(folder.file("lab.db"), Access::write)
       .execute("VACUUM INTO '" + folder.file("copy.db").string() + "'");
@@ -194,8 +196,8 @@ TEST_CASE("a changed value in any column of a raw table is found", "[store]") {
   const std::string whole = bytes_of(file);
   int n_columns = 0;
   for (const std::string table :
-       {"reading", "point", "attempt", "epoch", "session", "campaign", "campaign_chain",
-        "campaign_fact", "exclusion", "session_event"}) {
+       {"reading", "point", "attempt", "epoch", "session", "campaign", "machine", "machine_chain",
+        "drive", "campaign_fact", "exclusion", "session_event"}) {
     std::vector<std::pair<std::string, std::string>> columns;
     {
       Connection db(file, Access::read_only);
@@ -241,7 +243,9 @@ TEST_CASE("verify finds rows that were changed, taken away or slipped in", "[sto
   };
   const std::vector<Case> cases = {
       {"campaign", "UPDATE campaign SET kind = 'simulated'", "campaign 1"},
-      {"campaign_chain", "UPDATE campaign_chain SET rail_R_mm = 734 WHERE chain = 2", "campaign 1"},
+      {"machine_chain",
+       "UPDATE machine_chain SET value = 734 WHERE chain = 2 AND parameter = 'R_mm'", "campaign 1"},
+      {"drive", "UPDATE drive SET lead_mm = 5 WHERE drive = 1", "campaign 1"},
       {"campaign_fact", "DELETE FROM campaign_fact WHERE key = 'operator'", "campaign 1"},
       {"session", "UPDATE session SET compensation_job_id = 1 WHERE session_id = 2", "session 2"},
       {"point", "UPDATE point SET target_x_mm = 0 WHERE seq = 1", "session 2"},

@@ -93,7 +93,8 @@ std::map<std::int64_t, std::string> names_of(const std::filesystem::path& file,
   static const std::map<std::string, std::string> sql = {
       {"reading", "SELECT reading_id, 'seq ' || seq || ')' FROM reading"},
       {"point", "SELECT point_id, 'session ' || session_id FROM point"},
-      {"campaign_chain", "SELECT rowid, 'campaign ' || campaign_id FROM campaign_chain"},
+      {"machine_chain", "SELECT rowid, 'campaign ' || campaign_id FROM machine_chain"},
+      {"drive", "SELECT rowid, 'campaign ' || campaign_id FROM drive"},
       {"campaign_fact", "SELECT rowid, 'campaign ' || campaign_id FROM campaign_fact"}};
   store::Connection db = store::open(file, store::Access::read_only);
   const auto own = sql.find(table);

@@ -148,14 +148,15 @@ void verify_row(const TempFolder& folder, bool whole) {
   {
     store::Connection db = store::open(file, store::Access::create);
     const store::Id campaign =
-        store::import_campaign(db, small_campaign(), {{2, "{}"}}).campaign_id;
+        store::import_campaign(db, small_campaign(), {.extra_json = {{2, "{}"}}}).campaign_id;
     store::add_event(db, measured_session(db, campaign, "baseline", 12), "done");
     store::exclude_reading(db, campaign, 2, "bumped");
   }
   store::Connection(file, store::Access::write).execute("VACUUM INTO '" + copy.string() + "'");
   SweepCount all{.untouched_is_clean = true};
-  for (const char* table : {"reading", "point", "attempt", "epoch", "session", "campaign",
-                            "campaign_chain", "campaign_fact", "exclusion", "session_event"}) {
+  for (const char* table :
+       {"reading", "point", "attempt", "epoch", "session", "campaign", "machine_chain", "drive",
+        "campaign_fact", "exclusion", "session_event"}) {
     const SweepCount c =
         sweep_bytes(copy, {.table = table, .masks = {0x01, 0x80, 0xFF}, .step = whole ? 1 : 5});
     all.rows += c.rows;
@@ -166,7 +167,7 @@ void verify_row(const TempFolder& folder, bool whole) {
     if (all.first_miss.empty()) all.first_miss = c.first_miss;
   }
   row("db verify: single changed bytes in raw rows", "all found, the row named",
-      fmt::format("{} changes of {} rows of 10 tables: {} found, {} named", all.bytes, all.rows,
+      fmt::format("{} changes of {} rows of 11 tables: {} found, {} named", all.bytes, all.rows,
                   all.found, all.named),
       all.untouched_is_clean && all.found == all.bytes && all.named == all.bytes, all.first_miss);
   const SweepCount plain = sweep_bytes(copy, {.look = store::check});

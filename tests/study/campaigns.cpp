@@ -391,11 +391,11 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   Campaign& campaign = result.campaign;
   campaign.name = "hidden-" + std::to_string(seed);
   campaign.simulated = true;
-  campaign.mechanism = paper_mechanism();
-  campaign.mechanism.screw_lead_mm = design.lead_mm;
+  campaign.machine = machine_of(paper_mechanism());
+  for (Drive& drive : campaign.machine.drives) drive.lead_mm = design.lead_mm;
   campaign.tracker = TrackerSigma{design.sigma_xy_mm * design.stated_over_true,
                                   rad_from_deg(design.sigma_phi_deg) * design.stated_over_true};
-  campaign.readings = plan_readings(design, campaign.mechanism, seed);
+  campaign.readings = plan_readings(design, mechanism_of(campaign.machine), seed);
   const TrackerSigma sigma{design.sigma_xy_mm, rad_from_deg(design.sigma_phi_deg)};
   Truth truth = make_truth(design, seed);
   Beyond beyond;
@@ -405,7 +405,7 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
     Beyond beside;
     put_in(*hidden[k], 1, own, alone, beside);
     measure(campaign.readings, alone, beside, design, true);
-    const double chi2 = surviving_chi2(campaign.mechanism, campaign.readings, sigma);
+    const double chi2 = surviving_chi2(mechanism_of(campaign.machine), campaign.readings, sigma);
     put_in(*hidden[k], chi2 > 1e-6 ? rho / std::sqrt(chi2) : 0, own, truth, beyond);
     result.hidden.push_back(hidden[k]->name);
     result.in_catalogue = result.in_catalogue && hidden[k]->in_catalogue;

@@ -46,6 +46,7 @@ Json session_json(const Session& s) {
   return {{"session", s.name},
           {"plan", s.plan},
           {"compensation_job", s.compensation_job ? Json(*s.compensation_job) : Json()},
+          {"compensation", s.compensation},
           {"position_mm", summary_json(s.position_mm)},
           {"attitude_deg", summary_json(s.attitude_rad, deg_from_rad(1))},
           {"verdict", s.verdict},

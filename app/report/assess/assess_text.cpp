@@ -48,9 +48,11 @@ std::string visits(int least, int most) {
 }
 
 std::string session_text(const Session& s) {
-  std::string text = fmt::format(
-      "\nsession {}: {} readings, {}\n", terminal::printable(s.name), s.position_mm.n,
-      s.compensation_job ? fmt::format("compensated by job {}", *s.compensation_job) : "baseline");
+  std::string text =
+      fmt::format("\nsession {}: {} readings, {}\n", terminal::printable(s.name), s.position_mm.n,
+                  s.compensation_job ? fmt::format("compensated by job {}", *s.compensation_job)
+                  : s.compensation.empty() ? "baseline"
+                                           : "compensated by " + s.compensation);
   text += fmt::format(
       "  mean positional deviation {:.4f} mm, {} visits a pose (95 %: {:.4f}, max {:.4f}); "
       "attitude "

@@ -60,6 +60,7 @@ Session assessed(const report::Walk& walk, const Mechanism& mechanism, const Noi
   Session session{.name = walk.session.name,
                   .plan = walk.session.plan_name,
                   .compensation_job = walk.session.compensation_job,
+                  .compensation = walk.session.compensation_name,
                   .position_mm = summarise(position),
                   .attitude_rad = summarise(attitude),
                   .poses = iso9283(readings, noise.sigma()),
@@ -299,8 +300,9 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
                              error.text().what);
     }
   }
-  const std::optional<PointUncertainty> uncertainty = uncertainty_of(
-      job::correction_of(job.data.result_json), measured.campaign.mechanism, fitted, all, noise);
+  const std::optional<PointUncertainty> uncertainty =
+      uncertainty_of(job::correction_of(job.data.result_json),
+                     mechanism_of(measured.campaign.machine), fitted, all, noise);
   if (uncertainty) out.uncertainty_from = uncertainty->basis;
   for (Pairs& pairs : all) {
     judge(pairs, uncertainty, noise);
@@ -330,7 +332,7 @@ Assessment gather(store::Connection& connection, const store::CampaignRow& campa
     known += (known.empty() ? "" : ", ") + walk.session.name;
     if (!session.empty() && walk.session.name != session) continue;
     if (walk.visits.empty()) continue;
-    out.sessions.push_back(assessed(walk, measured.campaign.mechanism, noise));
+    out.sessions.push_back(assessed(walk, mechanism_of(measured.campaign.machine), noise));
   }
   if (out.sessions.empty() && !session.empty()) {
     throw NotFoundError({.what = "the campaign has no such session with measured readings",

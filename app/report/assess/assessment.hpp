@@ -20,6 +20,7 @@ namespace trammel::assess {
 struct Session {
   std::string name, plan;
   std::optional<store::Id> compensation_job;
+  std::string compensation;  // empty: baseline
   Summary position_mm, attitude_rad;
   Iso9283 poses;
   std::vector<Iso230> rails;

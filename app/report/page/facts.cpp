@@ -102,6 +102,11 @@ Json campaign_table(const Source& source) {
                     fmt::format("{} used, {} excluded", report.n_readings, report.n_excluded)})});
   for (const auto& [key, value] : report.facts) rows.push_back(Json::array({key, value}));
   rows.push_back(Json::array({"SHA-256 over all readings", report.chain_head}));
+  if (report.taken_over) {
+    rows.push_back(Json::array({fmt::format("SHA-256 in the database of version {} before",
+                                            report.taken_over->from_version),
+                                report.taken_over->head}));
+  }
   return table({"campaign", "Campaign and instrument", ""}, {"fact", "value"}, rows);
 }
 

@@ -32,8 +32,7 @@ Json sensitivity_figure(const Source& source) {
   const SourceErrors errors;
   try {
     const std::vector<Pose> poses = lattice(kSensitivityHalfWidth_mm, kSensitivityStep_mm);
-    const SensitivityShares shares =
-        sensitivity(machine_of(source.measured.campaign.mechanism), poses, errors);
+    const SensitivityShares shares = sensitivity(source.measured.campaign.machine, poses, errors);
     Json sources = Json::array(), rows = Json::array();
     for (const MachineParameter& p : shares.sources) sources.push_back(p.name);
     for (int row = 0; row < 3; ++row) {
@@ -57,8 +56,8 @@ Json sensitivity_figure(const Source& source) {
 Json network_set(const Source& source, const MapCorrection& map,
                  const std::vector<Reading>& readings, const char* name) {
   Json joints = Json::array({Json::array(), Json::array(), Json::array()});
-  for (const JointSample& s : merge_places(joint_samples(source.measured.campaign.mechanism,
-                                                         without_shifts(readings, map.epochs)))) {
+  for (const JointSample& s : merge_places(joint_samples(
+           mechanism_of(source.measured.campaign.machine), without_shifts(readings, map.epochs)))) {
     const Eigen::Vector3d says = joint_error_at(map.map, {s.x_mm, s.y_mm});
     for (int i = 0; i < kChains; ++i) {
       joints[static_cast<std::size_t>(i)].push_back(
@@ -114,8 +113,9 @@ Json simulated_figure(const Source& source, const Comparison& c) {
   for (const Pair& pair : c.paired.pairs) readings.push_back(pair.before->reading);
   Json measured = Json::array(), simulation = Json::array();
   try {
-    for (const SimulatedError& e : simulated_errors(job::correction_of(c.job->data.result_json),
-                                                    source.measured.campaign.mechanism, readings)) {
+    for (const SimulatedError& e :
+         simulated_errors(job::correction_of(c.job->data.result_json),
+                          mechanism_of(source.measured.campaign.machine), readings)) {
       measured.push_back(three(e.measured));
       simulation.push_back(three(e.simulated));
     }

@@ -59,14 +59,14 @@ Pose chosen_pose(const Source& source, std::string& words) {
     return position_error_mm(*v.reading.measured, v.reading.target);
   };
   for (const Walk& walk : source.measured.walks) {
-    if (walk.session.compensation_job) continue;
+    if (walk.session.compensated()) continue;
     for (const Visit& v : walk.visits) {
       if (worst == nullptr || error(v) > error(*worst)) worst = &v;
     }
   }
   if (worst == nullptr) {
     words = "where the stage was zeroed";
-    return source.measured.campaign.mechanism.home;
+    return source.measured.campaign.machine.home;
   }
   words = fmt::format("at the target with the largest error before, {:.4f} mm", error(*worst));
   return worst->reading.target;
@@ -88,7 +88,7 @@ Json targets_json(const Source& source) {
   for (const TargetSet& set : kSets) {
     Json points = Json::array();
     for (const Walk& walk : source.measured.walks) {
-      if (walk.session.compensation_job) continue;
+      if (walk.session.compensated()) continue;
       for (const Visit& v : walk.visits) {
         if (!set.holds(v)) continue;
         points.push_back(Json::array({drawn(v.reading.target.x_mm), drawn(v.reading.target.y_mm),
@@ -103,7 +103,7 @@ Json targets_json(const Source& source) {
 }  // namespace
 
 Json plan_section(const Source& source) {
-  const Mechanism& mechanism = source.measured.campaign.mechanism;
+  const Mechanism& mechanism = mechanism_of(source.measured.campaign.machine);
   std::string where;
   Pose pose = chosen_pose(source, where);
   InverseResult at = inverse(mechanism.geometry, pose);

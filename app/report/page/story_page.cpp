@@ -171,7 +171,7 @@ Json next_points(const Source& source, const store::Job& job, const Json& detail
   }
   Json fitted_targets = Json::array(), next = Json::array();
   for (const Walk& walk : source.measured.walks) {
-    if (walk.session.compensation_job) continue;
+    if (walk.session.compensated()) continue;
     for (const Visit& v : walk.visits) {
       fitted_targets.push_back(
           Json::array({drawn(v.reading.target.x_mm), drawn(v.reading.target.y_mm)}));

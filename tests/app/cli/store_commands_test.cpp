@@ -236,5 +236,6 @@ TEST_CASE("db migrate takes a database of version 1 to this version", "[cli]") {
         8);
   const auto done = run(folder, {"db", "migrate", "--json"}).json();
   CHECK(done["from_version"] == 1);
+  CHECK(std::filesystem::exists(done["copy"].get<std::string>()));
   CHECK(run(folder, {"db", "verify"}).exit_code == 0);
 }

@@ -80,7 +80,7 @@ TEST_CASE(
       FAIL("was taken");
     } catch (const InputError& error) {
       CHECK(error.text().where.field == "format");
-      for (const char* format : {"layout/1", "campaign/1", "tracker/1", "trammel/plan/1"}) {
+      for (const char* format : {"layout/1", "campaign/2", "tracker/1", "trammel/plan/1"}) {
         CHECK_THAT(error.text().expected, Contains(format));
       }
       CHECK_THAT(error.text().hint, Contains("trammel template"));

@@ -49,7 +49,8 @@ ErrorText error_of(const std::string& csv, const std::string& head = kHead) {
 void check_same(const CampaignFile& a, const CampaignFile& b) {
   CHECK(a.campaign.name == b.campaign.name);
   CHECK(a.campaign.simulated == b.campaign.simulated);
-  CHECK(to_vector(a.campaign.mechanism.geometry) == to_vector(b.campaign.mechanism.geometry));
+  CHECK(to_vector(mechanism_of(a.campaign.machine).geometry) ==
+        to_vector(mechanism_of(b.campaign.machine).geometry));
   CHECK(a.campaign.facts == b.campaign.facts);
   CHECK(a.extra_columns == b.extra_columns);
   CHECK(a.extras == b.extras);
@@ -132,7 +133,7 @@ TEST_CASE("without from columns a move begins where the row before ended, the fi
   const CampaignFile file = read(kColumns +
                                  "\n1,0,0,0,261.8,261.9,262,0,0,0\n"
                                  "2,1,0,0,262,263,261,1,0,0");
-  const Mechanism& mechanism = file.campaign.mechanism;
+  const Mechanism& mechanism = mechanism_of(file.campaign.machine);
   const auto& readings = file.campaign.readings;
   CHECK(readings[0].conditions.from_mm == inverse(mechanism.geometry, mechanism.home).l_mm);
   CHECK(readings[1].conditions.from_mm == readings[0].conditions.cmd_mm);
@@ -202,7 +203,7 @@ TEST_CASE("a bad campaign.json is refused by its path", "[exchange]") {
     return head;
   };
   CHECK(error_of(csv, with("\"real\"", "\"true\"")).where.field == "kind");
-  CHECK(error_of(csv, with("campaign/1", "campaign/2")).where.field == "format");
+  CHECK(error_of(csv, with("campaign/1", "campaign/9")).where.field == "format");
   CHECK(error_of(csv, with("\"S_mm\": 430", "\"S_mm\": true")).where.field ==
         "mechanism.chains[0].S_mm");
   CHECK(error_of(csv, with("\"S_mm\": 430", "\"S_mm\": -430")).where.line == 3);

@@ -106,7 +106,7 @@ TEST_CASE("an export of SpatialAnalyzer becomes readings of what the platform di
     CHECK(off.head<2>().norm() < 0.025);  // frame and noise of 5 um: five sigma
     CHECK(std::abs(off[2]) < 2e-4);
     CHECK(r.conditions.time_s.has_value());
-    const InverseResult cmd = inverse(c.mechanism.geometry, r.target);
+    const InverseResult cmd = inverse(mechanism_of(c.machine).geometry, r.target);
     CHECK((r.conditions.cmd_mm - cmd.l_mm).norm() == 0);
   }
   CHECK(c.readings[4].set == ReadingSet::validate);

@@ -23,9 +23,10 @@ TEST_CASE("calibrate geometry calls a shift between halves what it is", "[job]")
   CHECK(clean.details["absorption"]["in_time"]["tests"].get<int>() > 0);
   for (Reading& r : campaign.readings) {  // a rail that grows by 60 um while it is measured
     const Pose& at = *r.measured;
-    const Displacements l = inverse(campaign.mechanism.geometry, at).l_mm;
-    r.measured =
-        forward(campaign.mechanism.geometry, l + Displacements(0, 0.06 * r.seq / 80, 0), at).pose;
+    const Displacements l = inverse(mechanism_of(campaign.machine).geometry, at).l_mm;
+    r.measured = forward(mechanism_of(campaign.machine).geometry,
+                         l + Displacements(0, 0.06 * r.seq / 80, 0), at)
+                     .pose;
   }
   const job::StageResult warm = geometry(campaign);
   CHECK_THAT(said(warm), Contains("absorption alarm: between the first and the second half"));

@@ -14,7 +14,7 @@ inline Campaign paper_campaign(const std::string& name = "paper") {
   Campaign campaign;
   campaign.name = name;
   campaign.simulated = true;
-  campaign.mechanism = paper_mechanism();
+  campaign.machine = machine_of(paper_mechanism());
   campaign.tracker = kSigma;
   const Geometry truth = random_geometry(random);
   std::vector<Pose> targets = eighty_points();

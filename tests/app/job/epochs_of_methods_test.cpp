@@ -33,7 +33,7 @@ Campaign campaign(int from, const Pose& frame) {
   Campaign c;
   c.name = "epochs";
   c.simulated = true;
-  c.mechanism = truth.nominal;
+  c.machine = machine_of(truth.nominal);
   c.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
   Displacements at = inverse(truth.nominal.geometry, truth.nominal.home).l_mm;
   const auto walk = [&](const std::vector<Pose>& targets, ReadingSet set) {
@@ -66,7 +66,7 @@ double mean_after(const Correction& correction, const Campaign& c, ReadingSet se
   int n = 0;
   for (const Reading& r : c.readings) {
     if (r.set != set) continue;
-    sum += position_error_mm(*predicted_after(correction, c.mechanism, r), r.target);
+    sum += position_error_mm(*predicted_after(correction, mechanism_of(c.machine), r), r.target);
     ++n;
   }
   return sum / n;
@@ -116,7 +116,7 @@ TEST_CASE("in-sample, what is left after the correction is what the fit leaves",
       INFO(method);
       const Correction correction = calibrated(method, c).correction;
       const double left =
-          simulation_score(simulated_errors(correction, c.mechanism, fitted)).left.mean;
+          simulation_score(simulated_errors(correction, mechanism_of(c.machine), fitted)).left.mean;
       // 1 % for the second order of errors of 0.5 mm on a robot of 500 mm; a map on its samples: 0
       CHECK_THAT(mean_after(correction, c, ReadingSet::identify),
                  WithinAbs(left, 0.01 * left + 1e-4));

@@ -75,7 +75,7 @@ TEST_CASE("no stage's result has changed without a new algorithm version", "[job
     CHECK(std::ranges::any_of(kFrozen, [&](const Frozen& f) { return stage.name == f.stage; }));
   }
   PaperStore paper;
-  const Mechanism mechanism = paper_campaign().mechanism;
+  const Mechanism mechanism = mechanism_of(paper_campaign().machine);
   for (const Frozen& frozen : kFrozen) {
     INFO(frozen.stage << " " << frozen.parameters);
     const store::NewJob job =

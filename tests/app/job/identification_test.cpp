@@ -21,7 +21,7 @@ job::StageResult ran(const char* stage, const Campaign& campaign,
 
 /// Every rail stretched by `gain` of its displacement from home: no constant parameter does that.
 void stretch(Campaign& campaign, double gain) {
-  const Geometry& g = campaign.mechanism.geometry;
+  const Geometry& g = mechanism_of(campaign.machine).geometry;
   const Displacements home = inverse(g, Pose{}).l_mm;
   for (Reading& r : campaign.readings) {
     const Displacements l = inverse(g, *r.measured).l_mm;

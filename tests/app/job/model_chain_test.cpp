@@ -29,7 +29,7 @@ TEST_CASE("each step of the chain has its own values and standard deviations, co
   const Json chain = model_chain_json(d);
   REQUIRE(chain.size() == 4);
   CHECK(chain[0]["geometry"].empty());
-  const GeometryVector nominal = to_vector(c.campaign.mechanism.geometry);
+  const GeometryVector nominal = to_vector(mechanism_of(c.campaign.machine).geometry);
   for (std::size_t k = 1; k < chain.size(); ++k) {
     const Json& step = chain[k];
     CAPTURE(step["name"].get<std::string>());

@@ -7,7 +7,7 @@
 #include "app/job/points.hpp"
 #include "app/job/text.hpp"
 #include "core/units.hpp"
-#include "store/backup.hpp"
+#include "store/migrate.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
@@ -161,7 +161,7 @@ TEST_CASE("the stored correction commands what the computed one did", "[job]") {
   const Outcome outcome = run(paper.db, {.campaign = "paper", .stage = "lsq"});
   const Correction stored = correction_of(paper.db, outcome.job.id);
   const Campaign campaign = paper_campaign();
-  const auto after = predicted_after(stored, campaign.mechanism, campaign.readings[90]);
+  const auto after = predicted_after(stored, mechanism_of(campaign.machine), campaign.readings[90]);
   const store::JobPoint point = points_of(paper.db, outcome.job)[90];
   REQUIRE(after);
   CHECK(after->x_mm - campaign.readings[90].target.x_mm == point.after.x_mm);

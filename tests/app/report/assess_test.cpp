@@ -54,7 +54,7 @@ TEST_CASE("one visit a pose: the assessment gives a mean deviation, no ISO symbo
 TEST_CASE("a rail walked five times both ways carries every ISO 230-2 symbol", "[assess]") {
   Random random(401);
   Campaign campaign = paper_campaign();
-  const Plan plan = rail_plan(campaign.mechanism, {.half_travel_mm = 40});
+  const Plan plan = rail_plan(mechanism_of(campaign.machine), {.half_travel_mm = 40});
   std::vector<Pose> targets;
   for (const PlannedPoint& p : plan.points) targets.push_back(p.target);
   campaign.readings = measure(random_geometry(random), targets, random);

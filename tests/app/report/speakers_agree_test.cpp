@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/files/stored_campaign.hpp"
 #include "app/job/run.hpp"
 #include "app/report/accuracy.hpp"
 #include "app/report/assess/assessment.hpp"
@@ -367,4 +368,63 @@ TEST_CASE("the headline's method is chosen by a rule, never by the least error i
   says("95 % interval");
   r.tables = {table("lsq", Standing::unknown_epoch, true, 0.01)};
   says("none that judges");
+}
+
+TEST_CASE("a campaign that went through its files is judged alike, and leaves them as it came",
+          "[report][judge]") {
+  for (const std::uint64_t seed : {11, 12, 13}) {
+    INFO("seed " << seed);
+    Laboratory lab(seed);
+    lab.walk("fit", ReadingSet::identify, eighty_points(), 80);
+    std::vector<Pose> others, circle;
+    for (int k = 0; k < 12; ++k) others.push_back({7.0 * k - 33, 11.0 + k, 0});
+    for (int k = 0; k < 9; ++k)
+      circle.push_back({30 * std::cos(0.7 * k), 30 * std::sin(0.7 * k), 0});
+    lab.walk("judge", ReadingSet::validate, others, 12);
+    lab.walk("judge, stopped", ReadingSet::validate, others, 5);
+    const store::Job lsq = lab.calibrate("lsq"), idw = lab.calibrate("idw");
+    lab.walk("fit again", ReadingSet::identify, eighty_points(), 80, lsq.id);
+    lab.walk("judge again", ReadingSet::validate, others, 12, lsq.id);
+    lab.walk("judge by idw", ReadingSet::validate, others, 12, idw.id);
+    lab.walk("judge by idw, stopped", ReadingSet::validate, others, 7, idw.id);
+    lab.walk("circle", ReadingSet::validate, circle, 9);
+    store::exclude_reading(lab.db, lab.campaign, 85, "bumped");
+    const report::Report here = lab.reported();
+
+    const auto row = store::require_campaign(lab.db, "lab");
+    const auto out = lab.folder.file("out"), again = lab.folder.file("again");
+    write_campaign(stored_campaign(lab.db, row), out);
+    store::Connection elsewhere = store::open(lab.folder.file("other.db"), store::Access::create);
+    CHECK_FALSE(store_campaign(elsewhere, read_campaign(out)).already_stored);
+    CHECK(store_campaign(elsewhere, read_campaign(out)).already_stored);
+    const auto copy = store::require_campaign(elsewhere, "lab");
+    write_campaign(stored_campaign(elsewhere, copy), again);
+    for (const char* name : {"campaign.json", "readings.csv"}) {
+      CHECK(read_text(out / name) == read_text(again / name));
+    }
+    const report::Report there = report::gather(elsewhere, copy);
+    for (const char* method : {"lsq", "idw"}) {
+      INFO(method);
+      std::vector<Said> measured = by_report(here, method);
+      std::erase_if(measured, [](const Said& s) { return s.predicted; });
+      CHECK(measured.size() >= 1);
+      CHECK(by_report(there, method) == measured);
+    }
+    REQUIRE(there.sessions.size() == here.sessions.size());
+    for (std::size_t k = 0; k < here.sessions.size(); ++k) {
+      INFO(here.sessions[k].name);
+      CHECK(there.sessions[k].name == here.sessions[k].name);
+      CHECK(there.sessions[k].plan == here.sessions[k].plan);
+      CHECK(there.sessions[k].n_points == here.sessions[k].n_points);
+      CHECK(there.sessions[k].n_done == here.sessions[k].n_done);
+      CHECK(there.sessions[k].counts == here.sessions[k].counts);
+      CHECK(there.sessions[k].compensation.empty() == here.sessions[k].compensation.empty());
+    }
+    CHECK(there.exclusions == here.exclusions);
+    // And it can be calibrated there: to the same values.
+    const auto values = [](const store::Job& job) {
+      return nlohmann::json::parse(job.data.result_json).at("identified");
+    };
+    CHECK(values(job::run(elsewhere, {.campaign = "lab", .stage = "lsq"}).job) == values(lsq));
+  }
 }

@@ -39,7 +39,7 @@ struct Bench {
     Campaign campaign;
     campaign.name = "c";
     campaign.simulated = true;
-    campaign.mechanism = devices.mechanism;
+    campaign.machine = machine_of(devices.mechanism);
     store::add_campaign(db, campaign);
     course.campaign = store::require_campaign(db, "c");
     course.plan = small_plan();

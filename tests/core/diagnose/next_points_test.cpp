@@ -39,7 +39,7 @@ Measured one_direction(double temp_degc = 23) {
     r.conditions.temp_degc = temp_degc;
     m.readings.push_back(r);
   }
-  m.fit = fit_geometry(nominal_model(c.campaign.mechanism), m.readings, m.sigma);
+  m.fit = fit_geometry(nominal_model(mechanism_of(c.campaign.machine)), m.readings, m.sigma);
   return m;
 }
 

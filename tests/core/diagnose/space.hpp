@@ -13,7 +13,7 @@ inline ResidualSpace space_of(const Campaign& campaign) {
     if (r.set == ReadingSet::identify) readings.push_back(r);
   }
   const GeometryFit fit =
-      fit_geometry(nominal_model(campaign.mechanism), readings, *campaign.tracker);
+      fit_geometry(nominal_model(mechanism_of(campaign.machine)), readings, *campaign.tracker);
   return residual_space(fit, readings, *campaign.tracker);
 }
 

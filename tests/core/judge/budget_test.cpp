@@ -11,7 +11,7 @@ namespace {
 
 Campaign real_campaign() {
   Campaign c;
-  c.mechanism = paper_mechanism();
+  c.machine = machine_of(paper_mechanism());
   c.tracker = TrackerSigma{0.010, 1e-4};
   for (const double temperature : {20.0, 23.0}) {
     Reading r;

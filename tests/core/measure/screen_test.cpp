@@ -21,20 +21,21 @@ using namespace trammel;
 
 namespace {
 
+constexpr std::size_t kPlatformR = 2, kLinkS = 3,
+                      kRailR = 5;  // places among the values of a PRR chain
+
 /// A paper's robot some times as large, measured at random poses or on a lattice walked in lines.
 Campaign made(std::uint64_t seed) {
   Random random(seed);
   Campaign c;
   c.name = "made";
-  c.mechanism = paper_mechanism();
+  c.machine = machine_of(paper_mechanism());
   const double size = random.uniform(0.4, 1.8);
-  for (Chain& chain : c.mechanism.geometry.chains) {
-    chain.r_mm *= size;
-    chain.S_mm *= size;
-    chain.R_mm *= size;
+  for (ChainValues& chain : c.machine.chains) {
+    for (const std::size_t length : {kPlatformR, kLinkS, kRailR}) chain[length] *= size;
   }
-  c.mechanism.home = {random.uniform(-20, 20), random.uniform(-20, 20), 0};
-  Geometry truth = c.mechanism.geometry;
+  c.machine.home = {random.uniform(-20, 20), random.uniform(-20, 20), 0};
+  Geometry truth = mechanism_of(c.machine).geometry;
   const double error_mm = std::pow(10, random.uniform(-2, 0.2)), error_rad = error_mm / 800;
   for (Chain& chain : truth.chains) {
     for (double* length : {&chain.r_mm, &chain.S_mm, &chain.R_mm, &chain.l_zero_mm, &chain.h_mm})
@@ -54,7 +55,7 @@ Campaign made(std::uint64_t seed) {
   const bool lattice = random.below(2) == 0;
   const int side = static_cast<int>(std::ceil(std::sqrt(n)));
   const auto rounded_to = [&](double v) { return std::round(v / digits) * digits; };
-  Displacements before = inverse(c.mechanism.geometry, c.mechanism.home).l_mm;
+  Displacements before = inverse(mechanism_of(c.machine).geometry, c.machine.home).l_mm;
   const Displacements home = before;
   for (int k = 0; k < n; ++k) {
     Reading r;
@@ -64,7 +65,7 @@ Campaign made(std::uint64_t seed) {
     r.target = lattice ? Pose{reach * (k % side * step - 1), reach * (k / side * step - 1), 0}
                        : Pose{random.uniform(-reach, reach), random.uniform(-reach, reach), 0};
     r.target.phi_rad = turn_rad * (random.uniform() * 2 - 1);
-    const InverseResult at = inverse(c.mechanism.geometry, r.target);
+    const InverseResult at = inverse(mechanism_of(c.machine).geometry, r.target);
     if (!at.ok()) continue;
     r.conditions.cmd_mm = at.l_mm;
     r.conditions.from_mm = before;
@@ -183,17 +184,17 @@ const std::vector<Kind>& kinds() {
       {"mechanism",
        [](Campaign& c, Random& random) {
          const double by = random.uniform(3, 40);
-         for (Chain& chain : c.mechanism.geometry.chains) chain.R_mm += by;
+         for (ChainValues& chain : c.machine.chains) chain[kRailR] += by;
        }},
       {"mechanism",
        [](Campaign& c, Random& random) {
          const double by = random.uniform(3, 20);
-         for (Chain& chain : c.mechanism.geometry.chains) chain.r_mm += by;
+         for (ChainValues& chain : c.machine.chains) chain[kPlatformR] += by;
        }},
       {"mechanism",
        [](Campaign& c, Random& random) {
          const double by = random.uniform(3, 40);
-         for (Chain& chain : c.mechanism.geometry.chains) chain.S_mm += by;
+         for (ChainValues& chain : c.machine.chains) chain[kLinkS] += by;
        }},
       {"phi_offset",
        [](Campaign& c, Random& random) {
