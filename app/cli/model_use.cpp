@@ -118,7 +118,7 @@ std::vector<Question> questions(const StoredModel& model, const PredictOptions& 
     throw UsageError({.what = "predict takes poses or a file of commands, one of them",
                       .hint = "--pose x,y,phi or --commands FILE"});
   }
-  const Mechanism& mechanism = model.robot.mechanism;
+  const Mechanism mechanism = model.robot.mechanism();
   if (options.commands.empty()) return commands_for(mechanism, options);
   std::vector<Question> all;
   const Machine machine = machine_of(mechanism);
@@ -139,9 +139,7 @@ Answer answer(const RobotModel& robot, const Question& question) {
   if (question.status != Reach::Status::ok) return {question.status, {}};
   const Prediction at = predict(robot, question.row.conditions);
   if (!at.ok()) return {Reach::Status::unreachable, {}};
-  Mechanism identified = robot.mechanism;
-  identified.geometry = robot.geometry;
-  return {assembly_status(reach(machine_of(identified), at.pose)), at.pose};
+  return {assembly_status(reach(robot.machine, at.pose)), at.pose};
 }
 
 /// Where the model was not fitted, in words; nothing for a version that no job fitted.
@@ -358,7 +356,7 @@ ExitCode run_export(const ExportOptions& given, Context& context) {
   done["version"] = model.row.version;
   if (controller) {
     require_epoch(model, options.at.epoch);
-    done.update(export_controller(ModelCorrection{model.robot}, model.robot.mechanism, options,
+    done.update(export_controller(ModelCorrection{model.robot}, model.robot.mechanism(), options,
                                   context.existing()));
   } else if (options.format == "json") {
     done["kind"] = "model";

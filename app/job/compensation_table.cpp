@@ -51,11 +51,12 @@ bool within(const Limits& limits, const Displacements& l_mm) {
 }
 
 /// All rows of one target, or none when one of them cannot be commanded.
-std::vector<TableRow> rows_of(const RobotModel& robot, const Machine& machine, const Pose& target,
+std::vector<TableRow> rows_of(const RobotModel& robot, const Mechanism& mechanism,
+                              const Pose& target,
                               const std::vector<std::array<int, kChains>>& directions,
                               const TableRequest& request) {
-  if (reach(machine, target).assembly <= 0) return {};
-  const InverseResult nominal = inverse(robot.mechanism.geometry, target);
+  if (reach(robot.nominal, target).assembly <= 0) return {};
+  const InverseResult nominal = inverse(mechanism.geometry, target);
   std::vector<TableRow> rows;
   for (const auto& approach : directions) {
     const Move move{.target = target,
@@ -64,8 +65,8 @@ std::vector<TableRow> rows_of(const RobotModel& robot, const Machine& machine, c
                     .epoch = request.epoch,
                     .time_s = request.time_s,
                     .temp_degc = request.temp_degc};
-    const InverseResult at = commanded(ModelCorrection{robot}, robot.mechanism, move);
-    if (!at.ok() || !within(robot.mechanism.limits, at.l_mm)) return {};
+    const InverseResult at = commanded(ModelCorrection{robot}, mechanism, move);
+    if (!at.ok() || !within(mechanism.limits, at.l_mm)) return {};
     rows.push_back({target, approach, at.l_mm, at.l_mm - nominal.l_mm});
   }
   return rows;
@@ -97,11 +98,11 @@ CompensationTable compensation_table(const RobotModel& robot, const TableRequest
   check(request);
   CompensationTable table{.directed = directed_rails(robot), .rows = {}};
   const auto directions = approaches(table.directed);
-  const Machine machine = machine_of(robot.mechanism);
+  const Mechanism mechanism = robot.mechanism();
   for (const double phi_rad : request.phi_rad) {
     for (Pose target : lattice(request.half_width_mm, request.step_mm)) {
       target.phi_rad = phi_rad;
-      const std::vector<TableRow> rows = rows_of(robot, machine, target, directions, request);
+      const std::vector<TableRow> rows = rows_of(robot, mechanism, target, directions, request);
       ++table.n_targets;
       table.n_unreachable += rows.empty() ? 1 : 0;
       table.rows.insert(table.rows.end(), rows.begin(), rows.end());

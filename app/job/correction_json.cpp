@@ -1,7 +1,9 @@
 #include "app/job/correction_json.hpp"
 
+#include <algorithm>
 #include <span>
 
+#include "app/files/machine_json.hpp"
 #include "app/files/mechanism_json.hpp"
 
 namespace trammel::job {
@@ -152,8 +154,25 @@ Json epochs_json(const EpochShifts& shifts) {
   return epochs;
 }
 
+/// Parameters in the order of the kind's, rad and mm.
+Json chains_json(const Machine& machine) {
+  Json chains = Json::array();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(machine.kind->n_chains); ++i) {
+    const auto n = static_cast<std::ptrdiff_t>(machine.kind->chain->parameters.size());
+    const auto first = machine.chains[i].begin();
+    chains.push_back({{"values", std::vector<double>(first, first + n)}});
+  }
+  return chains;
+}
+
+/// A 3-PRR as ever, its screws alike; other machines by their kind.
 Json model_json(const RobotModel& m) {
-  Json json = {{"mechanism", mechanism_json(m.mechanism)}, {"chains", geometry_json(m.geometry)}};
+  Json json;
+  if (m.nominal.kind->chain == &kPrrChain) {
+    json = {{"mechanism", mechanism_json(m.mechanism())}, {"chains", geometry_json(m.geometry())}};
+  } else {
+    json = {{"machine", machine_json(m.nominal)}, {"chains", chains_json(m.machine)}};
+  }
   json["epochs"] = epochs_json(m.epochs);
   json["effects"] = Json::array();
   for (const ActiveEffect& active : m.effects) {
@@ -177,10 +196,26 @@ EpochShifts read_epochs(Fields& f) {
   return shifts;
 }
 
+void read_chains(Fields& owner, Machine& machine) {
+  std::vector<Fields> chains = owner.objects("chains");
+  if (std::ssize(chains) != machine.kind->n_chains)
+    owner.refuse("chains", "one for each chain of the machine");
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    const auto values = numbers(chains[i], "values", machine.kind->chain->parameters.size());
+    std::ranges::copy(values, machine.chains[i].begin());
+    chains[i].done();
+  }
+}
+
 RobotModel read_model(Fields f) {
   RobotModel m;
-  m.mechanism = read_mechanism(f.object("mechanism"));
-  m.geometry = read_geometry(f);
+  if (f.has("machine")) {
+    m = nominal_model(read_machine(f.object("machine")));
+    read_chains(f, m.machine);
+  } else {
+    m = nominal_model(read_mechanism(f.object("mechanism")));
+    set_geometry(m.machine, read_geometry(f));
+  }
   m.epochs = read_epochs(f);
   for (Fields& e : f.objects("effects")) {
     const Effect& effect = find_effect(e.text("name"));

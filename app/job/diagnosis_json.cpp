@@ -94,7 +94,7 @@ Json effects_json(const std::vector<NamedEffect>& effects) {
       json["parameters"].push_back(std::move(parameter));
     }
     if (!e.seqs.empty()) json["seq"] = e.seqs;
-    if (e.name != "outlier_readings") json["sentence"] = find_effect(e.name).sentence;
+    if (e.name != "outlier_readings") json["sentence"] = e.sentence;
     all.push_back(std::move(json));
   }
   return all;

@@ -11,8 +11,12 @@ namespace {
 /// Value of a fitted parameter less its nominal one, in the model's own units (rad, mm, …).
 double change_of(const FreeParameter& p, const RobotModel& robot) {
   switch (p.kind) {
-    case FreeParameter::Kind::geometry:
-      return to_vector(robot.geometry)[p.index] - to_vector(robot.mechanism.geometry)[p.index];
+    case FreeParameter::Kind::geometry: {
+      const MachineParameter& of =
+          parameters_of(*robot.nominal.kind)[static_cast<std::size_t>(p.index)];
+      const auto chain = static_cast<std::size_t>(of.chain);
+      return robot.machine.chains[chain][of.place] - robot.nominal.chains[chain][of.place];
+    }
     case FreeParameter::Kind::epoch_zero:
       return robot.epochs.at(p.owner).l_zero_mm[p.index];
     case FreeParameter::Kind::epoch_frame:

@@ -98,7 +98,7 @@ std::string simulation_words(const Correction& correction, const Mechanism& mech
 Correction correction_of(const LsqResult& result, const Mechanism& mechanism) {
   if (result.epochs.empty()) return GeometryCorrection{result.geometry};
   RobotModel robot = nominal_model(mechanism);
-  robot.geometry = result.geometry;
+  set_geometry(robot.machine, result.geometry);
   robot.epochs = result.epochs;
   return ModelCorrection{robot};
 }

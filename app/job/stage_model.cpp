@@ -45,7 +45,7 @@ Json complete_model(const Json& given) {
 
 /// Where the fit starts: nominal, with the effects that are to be fitted.
 RobotModel start_model(const Campaign& campaign, const Json& parameters, StageResult& out) {
-  RobotModel model = nominal_model(mechanism_of(campaign.machine));
+  RobotModel model = nominal_model(campaign.machine);
   for (const Json& name : parameters["effects"]) {
     if (name == kDiagnosed) {
       const Diagnosis diagnosis = diagnose(campaign);

@@ -48,16 +48,16 @@ void attach(ModelParameter& p, const std::string& key, const FittedByName& fitte
 }
 
 void add_geometry(StoredModel& model, const FittedByName& fitted) {
-  const GeometryVector nominal = to_vector(model.robot.mechanism.geometry);
-  const GeometryVector values = to_vector(model.robot.geometry);
-  for (int k = 0; k < kGeometryParameters; ++k) {
-    const GeometryParameter& g = geometry_parameters()[static_cast<std::size_t>(k)];
+  for (const MachineParameter& g : parameters_of(*model.robot.nominal.kind)) {
+    const auto chain = static_cast<std::size_t>(g.chain);
+    const double value = model.robot.machine.chains[chain][g.place];
+    const double nominal = model.robot.nominal.chains[chain][g.place];
     const auto out = [&](double v) { return g.is_angle ? deg_from_rad(v) : v; };
     ModelParameter p{.group = "geometry",
                      .name = g.name,
                      .unit = g.is_angle ? "deg" : "mm",
-                     .value = out(values[k]),
-                     .change = out(values[k] - nominal[k]),
+                     .value = out(value),
+                     .change = out(value - nominal),
                      .std = {}};
     attach(p, "geometry " + g.name, fitted);
     model.parameters.push_back(p);

@@ -57,7 +57,7 @@ bool reach(const RobotModel& model, const Move& move, const Pose& target,
 }
 
 InverseResult commanded_by_model(const RobotModel& model, const Move& move, const Pose& target) {
-  InverseResult at = inverse(model.geometry, target);
+  InverseResult at = inverse(model.geometry(), target);
   if (!at.ok()) return at;
   const Eigen::Vector3d forced(move.approach[0], move.approach[1], move.approach[2]);
   const auto direction = [&](const Displacements& cmd) -> Eigen::Vector3d {
@@ -207,10 +207,11 @@ ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
 
 std::vector<JointSample> samples_left(const RobotModel& model, std::span<const Reading> readings) {
   std::vector<JointSample> samples;
-  const RailFrames nominal = rail_frames(model.mechanism.geometry);
+  const Geometry nominal_geometry = geometry_of(model.nominal);
+  const RailFrames nominal = rail_frames(nominal_geometry);
   for (const Reading& r : readings) {
     const Prediction at = predict(model, r.conditions);
-    const InverseResult thought = inverse(model.mechanism.geometry, at.pose);
+    const InverseResult thought = inverse(nominal_geometry, at.pose);
     if (!at.ok() || !thought.ok()) {
       throw InputError({.what = "the model cannot reach the commanded displacements of a reading",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
@@ -224,12 +225,12 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
 namespace {
 
 /// Rails whose inverse kinematics decide whether the corrected robot reaches a target.
-const Geometry& geometry_of(const Correction& correction, const Mechanism& mechanism) {
+Geometry geometry_of(const Correction& correction, const Mechanism& mechanism) {
   return std::visit(
-      Overloaded{[](const GeometryCorrection& c) -> const Geometry& { return c.geometry; },
-                 [](const ModelCorrection& c) -> const Geometry& { return c.model.geometry; },
-                 [](const HybridCorrection& c) -> const Geometry& { return c.model.geometry; },
-                 [&](const auto&) -> const Geometry& { return mechanism.geometry; }},
+      Overloaded{[](const GeometryCorrection& c) -> Geometry { return c.geometry; },
+                 [](const ModelCorrection& c) -> Geometry { return c.model.geometry(); },
+                 [](const HybridCorrection& c) -> Geometry { return c.model.geometry(); },
+                 [&](const auto&) -> Geometry { return mechanism.geometry; }},
       correction);
 }
 

@@ -31,7 +31,7 @@ DesignModel design_model(const Mechanism& mechanism, const TrackerSigma& sigma,
                       .where = {.field = "sigma"},
                       .expected = "positive standard deviations of position and attitude"});
   }
-  DesignModel design{nominal_model(mechanism), base_parameters({}), sigma};
+  DesignModel design{nominal_model(mechanism), base_parameters(machine_of(mechanism), {}), sigma};
   for (const std::string& name : effects) {
     const Effect& effect = find_effect(name);
     const auto n = static_cast<int>(effect.parameters.size());
@@ -101,10 +101,10 @@ PoseUncertainty predicted_uncertainty(const DesignModel& design, const Eigen::Ma
   Eigen::MatrixXd information = gram(jacobian);
   information.diagonal().array() += 1;
   const Cholesky factor(information);
+  const Mechanism mechanism = design.model.mechanism();
   PoseUncertainty u;
   for (const Pose& pose : where) {
-    const Conditions c =
-        conditions_at(design.model.mechanism, pose, {1, 1, 1}, kComparisonApproachMm);
+    const Conditions c = conditions_at(mechanism, pose, {1, 1, 1}, kComparisonApproachMm);
     const Prediction at = predict(design.model, c);
     TRAMMEL_ASSERT(at.ok());
     const Eigen::MatrixXd half =

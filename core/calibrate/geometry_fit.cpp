@@ -1,6 +1,7 @@
 #include "core/calibrate/geometry_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -18,27 +19,25 @@ namespace {
 constexpr double kJudged = 1e-6;      // of a reading's own three directions: less is fitted exactly
 constexpr double kSetAside = 0.5;     // of the worst d2: the worst pulls others, not its own like
 constexpr double kRowsPerColumn = 2;  // fewer rows would follow single readings
-constexpr double kOwnDirection = 1e-10;     // of the largest eigenvalue of unit columns
-constexpr double kStop = 1e-7;              // sigmas that the readings still move
-constexpr double kFirstDamping = 1e-8;      // of the largest s^2
-constexpr double kLastDamping = 1e4;        // beyond it a step moves nothing
-constexpr double kMedianOfChi3 = 1.538172;  // sqrt of the median of chi^2(3)
+constexpr double kOwnDirection = 1e-10;  // of the largest eigenvalue of unit columns
+constexpr double kStop = 1e-7;           // sigmas that the readings still move
+constexpr double kFirstDamping = 1e-8;   // of the largest s^2
+constexpr double kLastDamping = 1e4;     // beyond it a step moves nothing
+/// sqrt of the median of chi^2(k): how far a reading of k coordinates lies, the middle one of many
+constexpr std::array<double, 4> kMedianOfChi = {1, 0.674490, 1.177410, 1.538172};
 
-Eigen::Vector3d sigmas(const TrackerSigma& sigma) {
-  return {sigma.xy_mm, sigma.xy_mm, sigma.phi_rad};
-}
-
-void require_usable(std::span<const Reading> readings, const TrackerSigma& sigma) {
+void require_usable(std::span<const Reading> readings, const PoseSigma& sigma,
+                    const Coordinates& measured) {
   if (readings.empty()) {
     throw InputError(
         {.what = "there are no readings to identify from",
          .hint = "readings of set 'identify' are fitted; exclusions may have taken them all"});
   }
-  if (!(sigma.xy_mm > 0) || !(sigma.phi_rad > 0)) {
+  if (!(sigma.of(measured).array() > 0).all()) {
     throw InputError(
         {.what = "the tracker's sigma must be positive",
          .where = {.field = "tracker.sigma_xy_mm, sigma_phi_deg"},
-         .got = std::to_string(sigma.xy_mm) + " mm, " + std::to_string(sigma.phi_rad) + " rad",
+         .got = std::to_string(sigma.each[0]) + " mm, " + std::to_string(sigma.each[2]) + " rad",
          .hint = "leave both out to have the noise estimated from repeats"});
   }
 }
@@ -51,34 +50,35 @@ void require_usable(std::span<const Reading> readings, const TrackerSigma& sigma
 
 /// Spread of the readings' residuals in sigmas, from the median, at least 1; `fitted`: columns that
 /// took their share of it.
-double spread(const Eigen::VectorXd& residual, Eigen::Index fitted = 0) {
+double spread(const Eigen::VectorXd& residual, int coordinates, Eigen::Index fitted = 0) {
   std::vector<double> sizes;
   for (Eigen::Index i = 0; i < residual.size(); i += 3) {
     sizes.push_back(residual.segment<3>(i).norm());
   }
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
-  const auto rows = static_cast<double>(residual.size());
+  const auto rows = static_cast<double>(residual.size() / 3 * coordinates);
   const double left = std::max(1.0, rows - static_cast<double>(fitted)) / rows;
-  return std::max(1.0, *middle / kMedianOfChi3 / std::sqrt(left));
+  return std::max(1.0,
+                  *middle / kMedianOfChi[static_cast<std::size_t>(coordinates)] / std::sqrt(left));
 }
 
-Eigen::VectorXd huber_weights(const Eigen::VectorXd& residual, double scale) {
+Eigen::VectorXd huber_weights(const Eigen::VectorXd& residual, double scale, double huber) {
   Eigen::VectorXd w(residual.size() / 3);
   for (Eigen::Index i = 0; i < w.size(); ++i) {
     const double size = residual.segment<3>(3 * i).norm() / scale;
-    w[i] = size <= kHuber ? 1.0 : kHuber / size;
+    w[i] = size <= huber ? 1.0 : huber / size;
   }
   return w;
 }
 
-/// Sum that a step must lower: Huber's with `huber`, else the plain sum of squares.
-double objective(const Eigen::VectorXd& residual, bool huber, double scale) {
+/// Sum that a step must lower: Huber's with a limit, else the plain sum of squares.
+double objective(const Eigen::VectorXd& residual, std::optional<double> huber, double scale) {
   if (!huber) return residual.squaredNorm();
   double sum = 0;
   for (Eigen::Index i = 0; i < residual.size(); i += 3) {
     const double size = residual.segment<3>(i).norm() / scale;
-    sum += size <= kHuber ? size * size : kHuber * (2 * size - kHuber);
+    sum += size <= *huber ? size * size : *huber * (2 * size - *huber);
   }
   return scale * scale * sum;
 }
@@ -102,9 +102,9 @@ void add_prior(WhitenedSystem& system, const Eigen::VectorXd& z) {
 
 std::optional<WhitenedSystem> system_within_reach(const RobotModel& model,
                                                   std::span<const Reading> readings,
-                                                  const TrackerSigma& sigma,
+                                                  const PoseSigma& sigma,
                                                   const std::vector<FreeParameter>& parameters) {
-  const Eigen::Vector3d s = sigmas(sigma);
+  const Eigen::Vector3d s = sigma.of(model.nominal.measured);
   const auto rows = static_cast<Eigen::Index>(3 * readings.size());
   WhitenedSystem system{Eigen::VectorXd(rows),
                         Eigen::MatrixXd(rows, static_cast<Eigen::Index>(parameters.size()))};
@@ -156,7 +156,7 @@ class Steps {
 }  // namespace
 
 WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading> readings,
-                               const TrackerSigma& sigma,
+                               const PoseSigma& sigma,
                                const std::vector<FreeParameter>& parameters) {
   for (const Reading& reading : readings) {
     if (!reading.measured || !predict(model, reading.conditions).ok()) unreachable(reading);
@@ -173,6 +173,10 @@ void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> read
     rows.middleRows<3>(row) =
         (rows.middleRows<3>(row) - kept * rows.middleRows<3>(row - 3)) / std::sqrt(1 - kept * kept);
   }
+}
+
+int measured_by(const RobotModel& model) {
+  return static_cast<int>(std::ranges::count(model.nominal.measured, true));
 }
 
 Identifiable identifiable(const Eigen::MatrixXd& whitened_jacobian) {
@@ -192,10 +196,13 @@ Eigen::MatrixXd covariance(const Identifiable& known) {
 }
 
 GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readings,
-                         const TrackerSigma& sigma, const GeometryFitOptions& options) {
-  require_usable(readings, sigma);
+                         const PoseSigma& sigma, const GeometryFitOptions& options) {
+  require_usable(readings, sigma, start.nominal.measured);
   GeometryFit fit;
-  fit.parameters = base_parameters({readings.begin(), readings.end()});
+  const int coordinates = measured_by(start);
+  std::optional<double> huber;
+  if (options.huber) huber = kHuber[static_cast<std::size_t>(coordinates)];
+  fit.parameters = base_parameters(start.nominal, {readings.begin(), readings.end()});
   add_effect_parameters(fit.parameters, start);
   fit.model = start;
   fit.z = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.parameters.size()));
@@ -208,15 +215,15 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   fit.system = settled(whitened_system(fit.model, readings, sigma, fit.parameters));
 
   const auto total = [&](const Eigen::VectorXd& residual, const Eigen::VectorXd& z) {
-    return objective(residual, options.huber, fit.scale) +
+    return objective(residual, huber, fit.scale) +
            (options.tolerance_prior ? z.squaredNorm() : 0.0);
   };
   double lambda = 0;  // of the largest s^2
   bool home = true;
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
-    if (options.huber) {
-      fit.scale = spread(fit.system.residual);
-      fit.weights = huber_weights(fit.system.residual, fit.scale);
+    if (huber) {
+      fit.scale = spread(fit.system.residual, coordinates);
+      fit.weights = huber_weights(fit.system.residual, fit.scale, *huber);
     }
     WhitenedSystem system = weighted(fit.system, fit.weights);
     if (options.tolerance_prior) add_prior(system, fit.z);
@@ -256,7 +263,7 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   fit.identified = identifiable(system.jacobian);
   fit.covariance = covariance(fit.identified);
   fit.chi2 = fit.system.residual.squaredNorm();
-  fit.dof = static_cast<int>(fit.system.residual.size() - fit.identified.rank);
+  fit.dof = static_cast<int>(coordinates * std::ssize(readings) - fit.identified.rank);
   return fit;
 }
 
@@ -283,12 +290,19 @@ Eigen::MatrixXd with_smooth_field(const GeometryFit& fit, std::span<const Readin
   for (const Reading& r : readings) targets.push_back(r.target);
   const Eigen::MatrixXd field = smooth_terms(targets);
   const Eigen::Index n = known.cols(), terms = field.cols();
-  if (kRowsPerColumn * static_cast<double>(n + 3 * terms) > static_cast<double>(known.rows()))
+  const Coordinates& measured = fit.model.nominal.measured;
+  const auto fields = static_cast<Eigen::Index>(std::ranges::count(measured, true));
+  if (kRowsPerColumn * static_cast<double>(n + fields * terms) >
+      static_cast<double>(field.rows() * fields))
     return orthonormal(known);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(known.rows(), n + 3 * terms);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(known.rows(), n + fields * terms);
   J.leftCols(n) = known;
-  for (Eigen::Index i = 0; i < field.rows(); ++i) {
-    for (Eigen::Index c = 0; c < 3; ++c) J.block(3 * i + c, n + terms * c, 1, terms) = field.row(i);
+  Eigen::Index next = n;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    if (!measured[static_cast<std::size_t>(c)]) continue;
+    for (Eigen::Index i = 0; i < field.rows(); ++i)
+      J.block(3 * i + c, next, 1, terms) = field.row(i);
+    next += terms;
   }
   return orthonormal(std::move(J));
 }
@@ -299,7 +313,8 @@ std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
                                                std::span<const Reading> readings,
                                                double false_alarm) {
   TRAMMEL_ASSERT(fit.weights.size() == static_cast<Eigen::Index>(readings.size()));
-  const double limit = chi2_limit(false_alarm / static_cast<double>(readings.size()), 3);
+  const int coordinates = measured_by(fit.model);
+  const double limit = chi2_limit(false_alarm / static_cast<double>(readings.size()), coordinates);
   const Eigen::MatrixXd J = with_smooth_field(fit, readings);
   // the normal equations of the readings that are left
   WhitenedSystem counted{fit.system.residual, J};
@@ -312,7 +327,7 @@ std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
     const Eigen::MatrixXd inverse = inverse_symmetric(normal);
     const Eigen::VectorXd residual = fit.system.residual - times(J, times(inverse, right));
     const Eigen::MatrixXd solved = product(J, inverse);
-    const double variance = std::pow(spread(residual, J.cols()), 2);
+    const double variance = std::pow(spread(residual, coordinates, J.cols()), 2);
     for (std::size_t k = 0; k < readings.size(); ++k) {
       const auto i = static_cast<Eigen::Index>(k);
       Eigen::Matrix3d expected = rows_product(J.middleRows<3>(3 * i), solved.middleRows<3>(3 * i));

@@ -2,17 +2,19 @@
 // Nonlinear identification of the complete base (and of named effects) on the exact loop closure.
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <vector>
 
 #include "core/calibrate/identifiability.hpp"
 #include "core/calibrate/parameters.hpp"
-#include "core/measure/reading.hpp"
+#include "core/measure/pose_sigma.hpp"
 #include "core/model/robot_model.hpp"
 
 namespace trammel {
 
-/// Readings against a model, whitened: row 3i.. of reading i is (x, y, phi) over its sigma.
+/// Readings against a model, whitened: row 3i.. of reading i is (x, y, phi) over its sigma; 0 for a
+/// coordinate that is not measured.
 struct WhitenedSystem {
   Eigen::VectorXd residual;  // (measured - predicted) / sigma, shape (3N)
   Eigen::MatrixXd jacobian;  // d predicted / d z / sigma, shape (3N, parameters)
@@ -20,8 +22,11 @@ struct WhitenedSystem {
 
 /// Throws InputError naming the seq of a reading that the model cannot reach.
 WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading> readings,
-                               const TrackerSigma& sigma,
+                               const PoseSigma& sigma,
                                const std::vector<FreeParameter>& parameters);
+
+/// How many coordinates a reading of the model's machine has.
+int measured_by(const RobotModel& model);
 
 /// Directions of parameter space that readings determine, by what they carry against the noise.
 ///
@@ -47,11 +52,12 @@ void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> read
 
 struct GeometryFitOptions {
   int max_iterations = 50;
-  bool huber = false;            // readings beyond kHuber sigmas (of three coordinates) count less
+  bool huber = false;            // readings beyond kHuber sigmas count less
   double correlation = 0;        // of the noise of one reading with that of the one before
   bool tolerance_prior = false;  // tolerances as priors: each parameter is nominal +- its tolerance
 };
-inline constexpr double kHuber = 3.0;  // sqrt of chi^2(3): 0.03 of clean readings lie beyond
+/// By the number of coordinates k: sqrt of chi^2(k), beyond which 0.03 of clean readings lie.
+inline constexpr std::array<double, 4> kHuber = {0, 2.18, 2.65, 3.0};
 
 struct [[nodiscard]] GeometryFit {
   /// stalled: no step lowers the sum any more, though the readings would still move.
@@ -69,7 +75,7 @@ struct [[nodiscard]] GeometryFit {
   Eigen::VectorXd weights;  // of readings, 1 without huber, shape (N)
   double scale = 1;         // sigmas that Huber's limit was counted in: the residuals' own spread
   double chi2 = 0;          // |residual|^2, unweighted
-  int dof = 0;              // 3N - rank
+  int dof = 0;              // measured coordinates of all readings - rank
 };
 
 /// Fits the parameters of `start` (base, and the effects it has non-zero values for) to `readings`.
@@ -85,15 +91,15 @@ struct [[nodiscard]] GeometryFit {
 /// then stays where it is). lambda = 0 (Gauss-Newton) while that lowers the sum; else from 1e-8
 /// s_1^2 up by tens until a step does, and down by tens after it (Levenberg 1944, Marquardt 1963).
 /// A step out of reach lowers nothing. One decomposition a step, however many lambda are tried.
-/// Huber: weights min(1, kHuber / |r|), |r| of the three coordinates in sigmas times `scale`, the
-/// residuals' own spread where that is more (median |r| over that of chi(3)). Stop: max |s dz| of
+/// Huber: weights min(1, kHuber / |r|), |r| of a reading's coordinates in sigmas times `scale`, the
+/// residuals' own spread where that is more (median |r| over that of chi(k)). Stop: max |s dz| of
 /// the undamped step, over the identified directions, below 1e-7 sigmas. Covariance for known
 /// sigma: V S^-2 V' (GUM); goodness.hpp says by how much to widen it. Accuracy: recovery of
 /// predicted poses on unseen points, also of robots 3 mm and 1 deg from nominal in every parameter
 /// (geometry_fit_test.cpp); the rank and sum of squares of an independent linear program.
 /// @throws InputError when there are no readings, or a sigma is not positive.
 GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readings,
-                         const TrackerSigma& sigma, const GeometryFitOptions& options = {});
+                         const PoseSigma& sigma, const GeometryFitOptions& options = {});
 
 /// A reading that does not belong to the rest.
 struct OutlyingReading {
@@ -107,7 +113,7 @@ inline constexpr double kFalseOutlying = 0.01;  // over all readings of a fit
 /// expect of it, by the model and a smooth field of each coordinate (smooth_terms, where there are
 /// two rows a column): what the model lacks in common is no reading's fault.
 ///   d2 = r' (I - H)^-1 r / scale^2,   H = J Cov J' of its own three rows (leverage)
-/// beyond the limit of chi^2(3) for false_alarm / N (Bonferroni). The worst, and those of half its
+/// beyond the limit of chi^2(k) of its k coordinates for false_alarm / N (Bonferroni). The worst, and those of half its
 /// d2, are set aside and the rest fitted again (linearised at the solution), until none of the rest
 /// lies beyond or a quarter is aside: a wrong reading pulls the fit, and right ones then look wrong.
 /// What was set aside is judged at the end against the fit without it: r' (I + H)^-1 r / scale^2.

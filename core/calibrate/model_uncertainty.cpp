@@ -21,7 +21,7 @@ double lack(double mean_square, double share_of_freedom) {
 ModelUncertainty model_uncertainty(const RobotModel& model, std::span<const Reading> readings,
                                    const TrackerSigma& sigma) {
   ModelUncertainty out{.model = model, .parameters = {}, .covariance = {}};
-  out.parameters = base_parameters({readings.begin(), readings.end()});
+  out.parameters = base_parameters(model.nominal, {readings.begin(), readings.end()});
   add_effect_parameters(out.parameters, model);
   const WhitenedSystem system = whitened_system(model, readings, sigma, out.parameters);
   const Identifiable known = identifiable(system.jacobian);

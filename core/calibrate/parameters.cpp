@@ -12,27 +12,41 @@ double frame_scale(int index) { return index == 2 ? kFrameToleranceRad : kFrameT
 
 }  // namespace
 
-std::vector<FreeParameter> base_parameters(const std::vector<Reading>& readings) {
+namespace {
+
+void add_frame(std::vector<FreeParameter>& all, int epoch, int coordinate) {
+  const char* names[] = {"frame x", "frame y", "frame phi"};
+  all.push_back({FreeParameter::Kind::epoch_frame, epoch, coordinate, frame_scale(coordinate),
+                 names[coordinate] + (" of epoch " + std::to_string(epoch)),
+                 coordinate == 2 ? "deg" : "mm"});
+}
+
+}  // namespace
+
+std::vector<FreeParameter> base_parameters(const Machine& nominal,
+                                           const std::vector<Reading>& readings) {
+  const MachineKind& kind = *nominal.kind;
+  const auto& geometry = parameters_of(kind);
   std::vector<FreeParameter> all;
-  for (int k = 0; k < kGeometryParameters; ++k) {
-    const auto& p = geometry_parameters()[static_cast<std::size_t>(k)];
-    all.push_back(
-        {FreeParameter::Kind::geometry, 0, k, p.tolerance, p.name, p.is_angle ? "deg" : "mm"});
+  for (std::size_t k = 0; k < geometry.size(); ++k) {
+    const MachineParameter& p = geometry[k];
+    const ChainValues& chain = nominal.chains[static_cast<std::size_t>(p.chain)];
+    if (kind.chain->second_order != nullptr && kind.chain->second_order(chain, p.place)) continue;
+    all.push_back({FreeParameter::Kind::geometry, 0, static_cast<int>(k), p.tolerance, p.name,
+                   p.is_angle ? "deg" : "mm"});
   }
   std::set<int> epochs;
   for (const Reading& r : readings) epochs.insert(r.conditions.epoch);
-  if (!epochs.empty()) epochs.erase(epochs.begin());  // the first defines zeros and frame
+  if (epochs.empty()) return all;
+  if (kind.has_point_platform() && nominal.measured[2]) add_frame(all, *epochs.begin(), 2);
+  epochs.erase(epochs.begin());  // the first defines zeros and frame
   for (const int epoch : epochs) {
-    const std::string of = " of epoch " + std::to_string(epoch);
-    for (int i = 0; i < kChains; ++i) {
+    for (int i = 0; i < kind.n_chains; ++i) {
       all.push_back({FreeParameter::Kind::epoch_zero, epoch, i, kZeroToleranceMm,
-                     "l_zero_" + std::to_string(i + 1) + of, "mm"});
+                     "l_zero_" + std::to_string(i + 1) + " of epoch " + std::to_string(epoch),
+                     "mm"});
     }
-    const char* names[] = {"frame x", "frame y", "frame phi"};
-    for (int i = 0; i < 3; ++i) {
-      all.push_back({FreeParameter::Kind::epoch_frame, epoch, i, frame_scale(i), names[i] + of,
-                     i == 2 ? "deg" : "mm"});
-    }
+    for (int i = 0; i < 3; ++i) add_frame(all, epoch, i);
   }
   return all;
 }
@@ -60,12 +74,13 @@ std::vector<ScaledParameter> scaled_parameters(const std::vector<FreeParameter>&
 
 RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
                  const Eigen::VectorXd& step) {
-  GeometryVector geometry = to_vector(model.geometry);
+  const auto& geometry = parameters_of(*model.machine.kind);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const FreeParameter& p = parameters[j];
     const double d = p.scale * step[static_cast<Eigen::Index>(j)];
     if (p.kind == FreeParameter::Kind::geometry) {
-      geometry[p.index] += d;
+      const MachineParameter& of = geometry[static_cast<std::size_t>(p.index)];
+      model.machine.chains[static_cast<std::size_t>(of.chain)][of.place] += d;
     } else if (p.kind == FreeParameter::Kind::epoch_zero) {
       model.epochs[p.owner].l_zero_mm[p.index] += d;
     } else if (p.kind == FreeParameter::Kind::epoch_frame) {
@@ -75,7 +90,6 @@ RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
       model.effects[static_cast<std::size_t>(p.owner)].values[p.index] += d;
     }
   }
-  model.geometry = from_vector(geometry);
   return model;
 }
 
@@ -93,7 +107,7 @@ Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParam
       if (recorded(effect, at.moment)) d = response(at, effect.basis(at.moment, p.index));
     } else if (p.owner == conditions.epoch) {
       if (p.kind == FreeParameter::Kind::epoch_zero) {
-        d = at.J_e.col(6 * p.index + 4);
+        d = at.J_e.col(at.columns->zero[static_cast<std::size_t>(p.index)]);
       } else {
         d[p.index] = 1;
         if (p.index == 2) d.head<2>() << -at.pose.y_mm, at.pose.x_mm;  // turned about O_A

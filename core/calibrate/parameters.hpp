@@ -23,17 +23,20 @@ struct FreeParameter {
   enum class Kind { geometry, epoch_zero, epoch_frame, effect };
   Kind kind = Kind::geometry;
   int owner = 0;  // epoch number, or place in RobotModel::effects
-  int index = 0;  // geometry: 0..20; epoch: 0..2; effect: its parameter
+  int index = 0;  // geometry: of parameters_of(kind); epoch: 0..2; effect: its parameter
   double scale = 1;
   std::string name;  // "alpha_1", "l_zero_2 of epoch 2", "lead_scale k_1"
   std::string unit;  // of the report: deg, mm, …
 };
 
-/// The complete base of a campaign: 21 of geometry, and three joint zeros and a frame offset for
-/// every epoch after the first that `readings` know.
-std::vector<FreeParameter> base_parameters(const std::vector<Reading>& readings);
+/// The complete base of a campaign: the machine's geometry (of a 3-PRR 21), without what acts at
+/// second order alone, and a zero for each drive and a frame offset for every epoch after the first
+/// that `readings` know. Where phi is measured though it is no coordinate of the machine, its zero
+/// in the first epoch belongs to it.
+std::vector<FreeParameter> base_parameters(const Machine& nominal,
+                                           const std::vector<Reading>& readings);
 
-/// The parameters of the model's effects that are not zero-and-unused: those listed in `used`.
+/// The parameters of the model's effects that are not zero-and-unused.
 void add_effect_parameters(std::vector<FreeParameter>& parameters, const RobotModel& model);
 
 /// The parameters as identifiability() and in_words() take them.

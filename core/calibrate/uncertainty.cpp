@@ -172,7 +172,7 @@ std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
                                                 const TrackerSigma& sigma) {
   if (const auto* g = std::get_if<GeometryCorrection>(&correction)) {
     RobotModel model = nominal_model(mechanism);
-    model.geometry = g->geometry;
+    set_geometry(model.machine, g->geometry);
     return of_model(correction, model, mechanism, fitted, sigma);
   }
   if (const auto* m = std::get_if<ModelCorrection>(&correction)) {

@@ -49,8 +49,9 @@ std::vector<AuditRow> audit_design(const ResidualSpace& space) {
   std::vector<AuditRow> rows;
   std::vector<Signals> signals(catalogue.size());
   std::vector<Eigen::MatrixXd> bases(catalogue.size());
-  for (std::size_t e = 0; e < catalogue.size(); ++e) {
-    const Effect& effect = catalogue[e];
+  for (const Effect& effect : catalogue) {
+    if (!exists(effect, space.machine)) continue;
+    const std::size_t e = rows.size();
     AuditRow row;
     row.effect = effect.name;
     row.unit = effect.parameters.front().unit;
@@ -68,7 +69,8 @@ std::vector<AuditRow> audit_design(const ResidualSpace& space) {
         double worst = 0;
         for (Eigen::Index k = 0; k < seen.size(); ++k) {
           const auto& parameter = effect.parameters[static_cast<std::size_t>(k)];
-          if (parameter.unit != row.unit) continue;
+          if (parameter.unit != row.unit || !exists(effect, static_cast<int>(k), space.machine))
+            continue;
           const double usual = parameter.usual_max;
           worst = std::max(worst, usual * kVisibleZ / seen[k]);
         }

@@ -31,7 +31,8 @@ struct AuditRow {
 };
 inline constexpr double kAliasShare = 0.95;
 
-/// One row per effect of the catalogue, for the design of `space` (its residual is not read).
+/// One row per effect of the catalogue that the machine can have, for the design of `space` (its
+/// residual is not read).
 ///
 /// surviving share of an effect: sum over its parameters of |M e|^2 / |e|^2, each scaled to its
 /// usual size; smallest visible: value whose |M e|^2 reaches the noncentrality that chi^2(1) needs

@@ -15,12 +15,14 @@ namespace {
 constexpr double kOneLength = 1.1;  // longest approach over the shortest
 
 void require_enough(const Work& w) {
-  const auto parameters = base_parameters(w.readings).size();
-  if (3 * w.readings.size() >= parameters + 9) return;
+  const auto parameters = base_parameters(w.campaign.machine, w.readings).size();
+  const auto coordinates = static_cast<std::size_t>(measured_by(nominal_model(w.campaign.machine)));
+  if (coordinates * w.readings.size() >= parameters + 9) return;
   throw InputError({.what = "too few readings to look for a missing effect",
                     .got = std::to_string(w.readings.size()) + " identify readings",
-                    .expected = "at least " + std::to_string((parameters + 9 + 2) / 3) + " for " +
-                                std::to_string(parameters) + " parameters of the base",
+                    .expected = "at least " +
+                                std::to_string((parameters + 9 + coordinates - 1) / coordinates) +
+                                " for " + std::to_string(parameters) + " parameters of the base",
                     .hint = "measure more points, or use 'calibrate lsq'"});
 }
 
@@ -139,9 +141,16 @@ Diagnosis diagnose(const Campaign& measured, const DiagnoseOptions& options) {
   decide(w, ties);
   if (ties.empty()) ties = blind_ties(w.out.audit, w.out.fit.model);
   w.out.next =
-      plan_next_points(w.base, w.readings, w.out.noise.used, ties,
+      plan_next_points(w.base, w.readings, w.out.noise.sigma(), ties,
                        {.new_epoch = options.new_epoch_next, .within = options.next_within});
   measure_gap(campaign, w.readings, w.base, w.out);
+  w.out.by_target = reversals_by_target(campaign.machine, w.readings);
+  const bool open = w.out.verdict == Verdict::unexplained || w.out.verdict == Verdict::ambiguous;
+  if (open && campaign.machine.kind->n_chains == 1) {
+    for (const AtTarget& at : w.out.by_target) {
+      w.out.notes.push_back(in_words(at, campaign.machine));
+    }
+  }
   for (const Reading& r : of_set(campaign, ReadingSet::predict)) {
     const PredictedPose p = predict_with_covariance(w.out.fit, r.conditions);
     w.out.predictions.push_back({r.seq, p.pose, p.covariance.diagonal().cwiseSqrt()});

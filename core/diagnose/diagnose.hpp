@@ -8,6 +8,7 @@
 
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/diagnose/audit.hpp"
+#include "core/diagnose/by_target.hpp"
 #include "core/diagnose/next_points.hpp"
 #include "core/diagnose/noise.hpp"
 #include "core/diagnose/plausible.hpp"
@@ -45,10 +46,13 @@ struct NoiseFloor {
   TrackerSigma used;           // one reading, one standard deviation
   TrackerSigma first;          // before the residuals had a say
   int degrees_of_freedom = 0;  // of the repeats that `used` comes from; 0: not from repeats
+  double y_over_x = 1;         // of `used`: two axes with an instrument each
   bool rescaled = false;       // the readings say another size than was stated
   bool robust = false;         // heavy tails: far readings are drawn in
   std::optional<PooledNoise> repeats;
   double correlation = 0;  // of successive readings, 0 when it is not significant
+
+  [[nodiscard]] PoseSigma sigma() const { return {used, y_over_x}; }
 };
 
 struct NamedParameter {
@@ -66,6 +70,7 @@ struct NamedEffect {
   std::vector<int> seqs;    // outlier_readings only
   double share_of_gap = 0;  // of chi^2 that the exact fit loses without it, of the sum over effects
   double p = 1;             // of that loss
+  std::string sentence;     // what it does on these rails, in the machine's words
 };
 
 /// An effect outside the named set that the average over sets does not rule out.
@@ -99,6 +104,7 @@ struct GapStep {
                                            // readings know only combinations with others
   std::optional<double> identify_rms_mm, validate_rms_mm;
   std::optional<double> identify_rms_deg, validate_rms_deg;
+  std::optional<Eigen::Vector3d> identify_rms, validate_rms;  // x, y [mm], phi [rad]; 0: unmeasured
   std::optional<double>
       closed_share;  // of the nominal gap on unseen readings (fitted ones when there are none)
   std::optional<double> closed_low, closed_high;  // 95 %, bootstrap over readings
@@ -125,6 +131,10 @@ struct Diagnosis {
   std::vector<Considered> considered;  // sets that lost by more than a rival may
   std::vector<Finding> structure;      // what is left when the verdict is `unexplained`
   std::vector<GapStep> gap;
+  RobotModel tried_model;  // unexplained: geometry and `tried`
+  std::vector<GapStep>
+      gap_tried;  // unexplained: what `tried` closes all the same, from geometry on
+  std::vector<AtTarget> by_target;  // of runs from both sides
   NextPoints next;
   std::vector<PredictedRow> predictions;
   GeometryFit fit;    // of the last model of the chain

@@ -26,6 +26,11 @@ std::string text(const char* format, double a, double b = 0) {
   return buffer;
 }
 
+/// Nine regions of the plane: the middle one, the step to its neighbours, and their width.
+struct Regions {
+  double x_mm = 0, y_mm = 0, step_mm = 65, width_mm = 40;
+};
+
 class Builder {
  public:
   explicit Builder(const ResidualSpace& space) : space_(space) {}
@@ -54,6 +59,40 @@ class Builder {
   }
 
   std::vector<Shape> take() { return std::move(shapes_); }
+
+  /// Over what was measured; of a 3-PRR, whose workspace is round, over the paper's.
+  [[nodiscard]] Regions regions() const {
+    if (space_.machine.kind->chain == &kPrrChain) return {};
+    const Range x = range([](const Reading&, const Moment& m) { return m.pose.x_mm; });
+    const Range y = range([](const Reading&, const Moment& m) { return m.pose.y_mm; });
+    const double step_mm = std::max({x.width(), y.width(), 1e-3}) / 3;
+    return {(x.low + x.high) / 2, (y.low + y.high) / 2, step_mm, 40.0 / 65 * step_mm};
+  }
+
+  [[nodiscard]] int rails() const { return space_.machine.kind->n_chains; }
+  [[nodiscard]] std::string rail_name(int rail) const { return drive_name(space_.machine, rail); }
+  [[nodiscard]] std::string guide_name(int rail) const {
+    return trammel::guide_name(space_.machine, rail);
+  }
+  [[nodiscard]] bool has_guides() const {
+    return space_.machine.kind->chain->offset && rails() > 1;
+  }
+  [[nodiscard]] bool has_passive_guides() const {
+    return space_.machine.kind->chain->on_guide != nullptr;
+  }
+  [[nodiscard]] bool has_links() const { return space_.machine.kind->chain != &kPprChain; }
+  [[nodiscard]] std::string link() const {
+    return space_.machine.kind->chain == &kPrrChain ? "link" : "cylinder";
+  }
+  [[nodiscard]] std::string all_drives() const { return "all " + drives(); }
+  [[nodiscard]] std::string drives() const { return drives_name(*space_.machine.kind); }
+  [[nodiscard]] bool is_measured(int coordinate) const { return space_.is_measured(coordinate); }
+  [[nodiscard]] double lead_mm(int rail) const {
+    return space_.machine.drives[static_cast<std::size_t>(rail)].lead_mm;
+  }
+  /// The same function in every coordinate that is measured.
+  [[nodiscard]] std::vector<DeviationOf> in_all_readings(const Scalar& f) const;
+  [[nodiscard]] std::vector<DeviationOf> along_all_rails(const Scalar& f) const;
 
  private:
   const ResidualSpace& space_;
@@ -86,15 +125,19 @@ DeviationOf reading(int coordinate, Scalar f) {
   };
 }
 
-std::vector<DeviationOf> in_all_readings(const Scalar& f) {
-  return {reading(0, f), reading(1, f), reading(2, f)};
+std::vector<DeviationOf> Builder::in_all_readings(const Scalar& f) const {
+  std::vector<DeviationOf> all;
+  for (int c = 0; c < 3; ++c) {
+    if (is_measured(c)) all.push_back(reading(c, f));
+  }
+  return all;
 }
 
-std::vector<DeviationOf> along_all_rails(const Scalar& f) {
-  return {along(0, f), along(1, f), along(2, f)};
+std::vector<DeviationOf> Builder::along_all_rails(const Scalar& f) const {
+  std::vector<DeviationOf> all;
+  for (int rail = 0; rail < rails(); ++rail) all.push_back(along(rail, f));
+  return all;
 }
-
-std::string rail_name(int rail) { return "rail " + std::to_string(rail + 1); }
 
 double legendre(int degree, double u) {
   double p0 = 1, p1 = u;
@@ -108,22 +151,35 @@ double legendre(int degree, double u) {
 }
 
 void add_rail_shapes(Builder& builder) {
-  for (int rail = 0; rail < kChains; ++rail) {
+  for (int rail = 0; rail < builder.rails(); ++rail) {
     const Scalar l = [rail](const Reading&, const Moment& m) { return m.l_mm[rail]; };
     const Range range = builder.range(l);
     const auto power = [=](int degree) -> Scalar {
       return
           [=](const Reading& r, const Moment& m) { return legendre(degree, range.unit(l(r, m))); };
     };
+    const Scalar g = [rail](const Reading&, const Moment& m) { return m.guide_mm[rail]; };
+    const Range on_guide = builder.range(g);
+    const bool passive = builder.has_passive_guides();
+    const auto along_guide = [=](int degree) -> Scalar {
+      if (!passive) return power(degree);
+      return [=](const Reading& r, const Moment& m) {
+        return legendre(degree, on_guide.unit(g(r, m)));
+      };
+    };
     std::vector<DeviationOf> both;
     for (int degree = 1; degree <= 6; ++degree) {
-      builder.add(rail_name(rail) + ", along it, degree " + std::to_string(degree) + " in l", "all",
-                  {along(rail, power(degree))});
-      builder.add(rail_name(rail) + ", across it, degree " + std::to_string(degree) + " in l",
-                  "all", {across(rail, power(degree))});
+      builder.add(
+          builder.rail_name(rail) + ", along it, degree " + std::to_string(degree) + " in l", "all",
+          {along(rail, power(degree))});
+      if (builder.has_guides()) {
+        builder.add(
+            builder.guide_name(rail) + ", across it, degree " + std::to_string(degree) + " in l",
+            "all", {across(rail, along_guide(degree))});
+      }
       both.push_back(along(rail, power(degree)));
     }
-    builder.add(rail_name(rail) + ", a smooth curve along it", "all", both);
+    builder.add(builder.rail_name(rail) + ", a smooth curve along it", "all", both);
     const int bumps = 10;
     const double width = range.width() / bumps;
     for (int b = 0; b < bumps; ++b) {
@@ -132,9 +188,12 @@ void add_rail_shapes(Builder& builder) {
         const double u = (l(r, m) - centre) / (0.6 * width);
         return std::exp(-u * u);
       };
-      builder.add(
-          rail_name(rail) + text(", l %.0f to %.0f mm", centre - 0.6 * width, centre + 0.6 * width),
-          "all", {along(rail, bump), across(rail, bump)});
+      builder.add(builder.rail_name(rail) +
+                      text(", l %.0f to %.0f mm", centre - 0.6 * width, centre + 0.6 * width),
+                  "all",
+                  builder.has_guides() && !passive
+                      ? std::vector<DeviationOf>{along(rail, bump), across(rail, bump)}
+                      : std::vector<DeviationOf>{along(rail, bump)});
     }
   }
 }
@@ -160,33 +219,35 @@ std::vector<double> periods_mm(double lead_mm, double range_mm) {
   return periods;
 }
 
-void add_periodic_shapes(Builder& builder, double lead_mm) {
-  for (int rail = 0; rail < kChains; ++rail) {
+void add_periodic_shapes(Builder& builder) {
+  for (int rail = 0; rail < builder.rails(); ++rail) {
     const Range range =
         builder.range([rail](const Reading&, const Moment& m) { return m.l_mm[rail]; });
-    for (const double period : periods_mm(lead_mm, range.width())) {
+    for (const double period : periods_mm(builder.lead_mm(rail), range.width())) {
       const auto wave = [=](bool sine) -> Scalar {
         return [=](const Reading&, const Moment& m) {
           const double turn = 2 * kPi * m.l_mm[rail] / period;
           return sine ? std::sin(turn) : std::cos(turn);
         };
       };
-      builder.add(rail_name(rail) + text(", repeating every %.2f mm", period), "all",
+      builder.add(builder.rail_name(rail) + text(", repeating every %.2f mm", period), "all",
                   {along(rail, wave(true)), along(rail, wave(false))});
     }
   }
 }
 
 void add_direction_shapes(Builder& builder) {
-  for (int rail = 0; rail < kChains; ++rail) {
+  for (int rail = 0; rail < builder.rails(); ++rail) {
     const auto with = [rail](double (*f)(const Moment&, int)) -> Scalar {
       return [=](const Reading&, const Moment& m) { return m.direction[rail] * f(m, rail); };
     };
-    const std::string name = rail_name(rail);
+    const std::string name = builder.rail_name(rail);
     builder.add(name, "by direction of approach",
                 {along(rail, with([](const Moment&, int) { return 1.0; }))});
-    builder.add(name + ", across it", "by direction of approach",
-                {across(rail, with([](const Moment&, int) { return 1.0; }))});
+    if (builder.has_guides()) {
+      builder.add(builder.guide_name(rail) + ", across it", "by direction of approach",
+                  {across(rail, with([](const Moment&, int) { return 1.0; }))});
+    }
     builder.add(name + ", growing with travel", "by direction of approach",
                 {along(rail, with([](const Moment& m, int i) { return m.s_mm[i] / kLeverMm; }))});
     builder.add(
@@ -198,16 +259,17 @@ void add_direction_shapes(Builder& builder) {
          along(rail, [rail](const Reading&, const Moment& m) {
            return std::abs(m.travel_mm[rail]) / 10;
          })});
-    for (int other = 0; other < kChains; ++other) {
+    for (int other = 0; other < builder.rails(); ++other) {
       if (other == rail) continue;
       builder.add(
-          name, "by direction of approach of rail " + std::to_string(other + 1),
+          name, "by direction of approach of " + builder.rail_name(other),
           {along(rail, [other](const Reading&, const Moment& m) { return m.direction[other]; })});
     }
   }
   for (int coordinate = 0; coordinate < 3; ++coordinate) {
+    if (!builder.is_measured(coordinate)) continue;
     std::vector<DeviationOf> terms;
-    for (int rail = 0; rail < kChains; ++rail) {
+    for (int rail = 0; rail < builder.rails(); ++rail) {
       terms.push_back(reading(
           coordinate, [rail](const Reading&, const Moment& m) { return m.direction[rail]; }));
     }
@@ -224,17 +286,19 @@ void add_temperature_shapes(Builder& builder) {
   const Range range = builder.range(T);
   if (range.width() <= 0) return;
   const Scalar u = [=](const Reading& r, const Moment& m) { return range.unit(T(r, m)); };
-  builder.add("readings", "following the temperature", in_all_readings(u));
-  builder.add("all rails, by a constant", "following the temperature", along_all_rails(u));
-  builder.add(
-      "all rails, by a constant", "following the square of the temperature",
-      along_all_rails([=](const Reading& r, const Moment& m) { return u(r, m) * u(r, m); }));
-  for (int rail = 0; rail < kChains; ++rail) {
-    builder.add(rail_name(rail) + ", growing with travel", "following the temperature",
+  builder.add("readings", "following the temperature", builder.in_all_readings(u));
+  builder.add(builder.all_drives() + ", by a constant", "following the temperature",
+              builder.along_all_rails(u));
+  builder.add(builder.all_drives() + ", by a constant", "following the square of the temperature",
+              builder.along_all_rails(
+                  [=](const Reading& r, const Moment& m) { return u(r, m) * u(r, m); }));
+  for (int rail = 0; rail < builder.rails(); ++rail) {
+    builder.add(builder.rail_name(rail) + ", growing with travel", "following the temperature",
                 {along(rail, [=](const Reading& r, const Moment& m) {
                   return u(r, m) * m.s_mm[rail] / kLeverMm;
                 })});
-    builder.add(rail_name(rail) + ", growing with l", "following the square of the temperature",
+    builder.add(builder.rail_name(rail) + ", growing with l",
+                "following the square of the temperature",
                 {along(rail, [=](const Reading& r, const Moment& m) {
                   return u(r, m) * u(r, m) * m.l_mm[rail] / kLeverMm;
                 })});
@@ -256,12 +320,12 @@ void add_time_shapes(Builder& builder) {
   for (int degree = 1; degree <= 4; ++degree) {
     const Scalar p = [=](const Reading& r, const Moment& m) { return legendre(degree, u(r, m)); };
     builder.add("readings", "a trend of degree " + std::to_string(degree) + " in time",
-                in_all_readings(p));
-    builder.add("all rails", "a trend of degree " + std::to_string(degree) + " in time",
-                along_all_rails(p));
+                builder.in_all_readings(p));
+    builder.add(builder.all_drives(), "a trend of degree " + std::to_string(degree) + " in time",
+                builder.along_all_rails(p));
   }
-  for (int rail = 0; rail < kChains; ++rail) {
-    builder.add(rail_name(rail) + ", growing with travel", "in proportion to time",
+  for (int rail = 0; rail < builder.rails(); ++rail) {
+    builder.add(builder.rail_name(rail) + ", growing with travel", "in proportion to time",
                 {along(rail, [=](const Reading& r, const Moment& m) {
                   return u(r, m) * m.s_mm[rail] / kLeverMm;
                 })});
@@ -271,11 +335,11 @@ void add_time_shapes(Builder& builder) {
       return std::exp(-(t(r, m) - range.low) / hours);
     };
     builder.add("readings", text("settling within %.2g h of the start", hours),
-                in_all_readings(decay));
-    builder.add("all rails", text("settling within %.2g h of the start", hours),
-                along_all_rails(decay));
-    for (int rail = 0; rail < kChains; ++rail) {
-      builder.add(rail_name(rail) + ", growing with l",
+                builder.in_all_readings(decay));
+    builder.add(builder.all_drives(), text("settling within %.2g h of the start", hours),
+                builder.along_all_rails(decay));
+    for (int rail = 0; rail < builder.rails(); ++rail) {
+      builder.add(builder.rail_name(rail) + ", growing with l",
                   text("settling within %.2g h of the start", hours),
                   {along(rail, [=](const Reading& r, const Moment& m) {
                     return decay(r, m) * m.l_mm[rail] / kLeverMm;
@@ -288,8 +352,9 @@ void add_time_shapes(Builder& builder) {
     const Scalar step = [=](const Reading& r, const Moment& m) {
       return t(r, m) >= at ? 1.0 : 0.0;
     };
-    builder.add("readings in x, y, phi", text("a shift at %.2f h", at), in_all_readings(step));
-    builder.add("all rails", text("a shift at %.2f h", at), along_all_rails(step));
+    builder.add("readings in x, y, phi", text("a shift at %.2f h", at),
+                builder.in_all_readings(step));
+    builder.add(builder.all_drives(), text("a shift at %.2f h", at), builder.along_all_rails(step));
   }
   for (int waves = 1; waves <= 4; ++waves) {
     const auto wave = [=](bool sine) -> Scalar {
@@ -298,8 +363,8 @@ void add_time_shapes(Builder& builder) {
         return sine ? std::sin(turn) : std::cos(turn);
       };
     };
-    auto terms = in_all_readings(wave(true));
-    for (auto& term : in_all_readings(wave(false))) terms.push_back(term);
+    auto terms = builder.in_all_readings(wave(true));
+    for (auto& term : builder.in_all_readings(wave(false))) terms.push_back(term);
     builder.add("readings", text("a wave of %.2f h", range.width() / waves), terms);
   }
 }
@@ -312,6 +377,7 @@ void add_pose_shapes(Builder& builder) {
   };
   const char* coordinates[] = {"x", "y", "phi"};
   for (int c = 0; c < 3; ++c) {
+    if (!builder.is_measured(c)) continue;
     for (int degree = 1; degree <= 4; ++degree) {
       std::vector<DeviationOf> terms;
       for (int a = 0; a <= degree; ++a) terms.push_back(reading(c, product(a, degree - a)));
@@ -336,14 +402,18 @@ void add_pose_shapes(Builder& builder) {
                   return Deviation{.dX = {m.pose.x_mm * farther(m), m.pose.y_mm * farther(m), 0}};
                 }});
   }
+  const Regions regions = builder.regions();
   for (int ix = -1; ix <= 1; ++ix) {
     for (int iy = -1; iy <= 1; ++iy) {
-      const double cx = 65.0 * ix, cy = 65.0 * iy;
+      const double cx = regions.x_mm + regions.step_mm * ix;
+      const double cy = regions.y_mm + regions.step_mm * iy;
       const Scalar bump = [=](const Reading&, const Moment& m) {
-        const double dx = (m.pose.x_mm - cx) / 40, dy = (m.pose.y_mm - cy) / 40;
+        const double dx = (m.pose.x_mm - cx) / regions.width_mm;
+        const double dy = (m.pose.y_mm - cy) / regions.width_mm;
         return std::exp(-dx * dx - dy * dy);
       };
-      builder.add(text("region around x %.0f, y %.0f mm", cx, cy), "all", in_all_readings(bump));
+      builder.add(text("region around x %.0f, y %.0f mm", cx, cy), "all",
+                  builder.in_all_readings(bump));
     }
   }
   const Scalar turned = [](const Reading&, const Moment& m) {
@@ -352,7 +422,7 @@ void add_pose_shapes(Builder& builder) {
   if (builder.range(turned).width() < 0.1) return;
   for (int degree = 1; degree <= 3; ++degree) {
     builder.add("readings in x, y, phi, degree " + std::to_string(degree) + " in the orientation",
-                "all", in_all_readings([=](const Reading& r, const Moment& m) {
+                "all", builder.in_all_readings([=](const Reading& r, const Moment& m) {
                   return std::pow(turned(r, m), degree);
                 }));
   }
@@ -373,11 +443,12 @@ void add_pose_shapes(Builder& builder) {
 }
 
 void add_joint_shapes(Builder& builder) {
-  for (int rail = 0; rail < kChains; ++rail) {
+  for (int rail = 0; rail < builder.rails(); ++rail) {
     std::vector<DeviationOf> products;
-    for (int other = 0; other < kChains; ++other) {
+    const int rails = builder.rails();
+    for (int other = 0; other < builder.rails(); ++other) {
       products.push_back(along(rail, [=](const Reading&, const Moment& m) {
-        return m.s_mm[other] * m.s_mm[(other + 1) % kChains] / 1e4;
+        return m.s_mm[other] * m.s_mm[(other + 1) % rails] / 1e4;
       }));
       if (other != rail) {
         products.push_back(along(rail, [=](const Reading&, const Moment& m) {
@@ -385,10 +456,15 @@ void add_joint_shapes(Builder& builder) {
         }));
       }
     }
-    builder.add(rail_name(rail) + ", by the travel of the other rails, degree 2", "all", products);
-    for (int harmonic = 1; harmonic <= 3; ++harmonic) {
+    if (rails > 1) {
+      builder.add(builder.rail_name(rail) + ", by the travel of the other " + builder.drives() +
+                      ", degree 2",
+                  "all", products);
+    }
+    for (int harmonic = 1; builder.has_links() && harmonic <= 3; ++harmonic) {
       builder.add(
-          rail_name(rail) + ", by the angle of its link, harmonic " + std::to_string(harmonic),
+          builder.rail_name(rail) + ", by the angle of its " + builder.link() + ", harmonic " +
+              std::to_string(harmonic),
           "all",
           {along(rail, [=](const Reading&,
                            const Moment& m) { return std::sin(harmonic * m.theta_rad[rail]); }),
@@ -404,7 +480,7 @@ void add_joint_shapes(Builder& builder) {
 std::vector<Shape> dictionary(const ResidualSpace& space) {
   Builder builder(space);
   add_rail_shapes(builder);
-  add_periodic_shapes(builder, space.predictions.front().moment.screw_lead_mm);
+  add_periodic_shapes(builder);
   add_direction_shapes(builder);
   add_temperature_shapes(builder);
   add_time_shapes(builder);

@@ -12,19 +12,28 @@ namespace {
 
 constexpr int kBootstrap = 1000;
 
-/// Squared deviations of each reading: x^2 + y^2 in mm^2, phi^2 in rad^2.
+/// Squared deviations of each reading: x^2 + y^2 in mm^2, of those that are measured, and phi^2 in
+/// rad^2.
 struct Squares {
   std::vector<double> xy, phi;
+  double share = 0.5;                              // of one coordinate of xy
+  Eigen::Vector3d each = Eigen::Vector3d::Zero();  // sums
 };
 
 Squares squares(const RobotModel& model, std::span<const Reading> readings) {
   Squares s;
+  const Coordinates& measured = model.nominal.measured;
+  s.share = measured[0] && measured[1] ? 0.5 : 1;
   for (const Reading& r : readings) {
     const Prediction at = predict(model, r.conditions);
     if (!at.ok() || !r.measured) continue;
-    const Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
+    Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
+    for (int c = 0; c < 3; ++c) {
+      if (!measured[static_cast<std::size_t>(c)]) d[c] = 0;
+    }
+    s.each += d.cwiseAbs2();
     s.xy.push_back(d.head<2>().squaredNorm());
-    s.phi.push_back(d[2] * d[2]);
+    if (measured[2]) s.phi.push_back(d[2] * d[2]);
   }
   return s;
 }
@@ -37,7 +46,12 @@ double mean(const std::vector<double>& v) {
 
 std::optional<double> rms_xy(const Squares& s) {
   if (s.xy.empty()) return std::nullopt;
-  return std::sqrt(0.5 * mean(s.xy));
+  return std::sqrt(s.share * mean(s.xy));
+}
+
+std::optional<Eigen::Vector3d> rms_each(const Squares& s) {
+  if (s.xy.empty()) return std::nullopt;
+  return (s.each / static_cast<double>(s.xy.size())).cwiseSqrt();
 }
 
 std::optional<double> rms_deg(const Squares& s) {
@@ -45,14 +59,21 @@ std::optional<double> rms_deg(const Squares& s) {
   return deg_from_rad(std::sqrt(mean(s.phi)));
 }
 
+/// Of one coordinate of x and y, where their noise differs the root of its mean square.
+double one_sigma_mm(const PoseSigma& sigma, const Coordinates& measured) {
+  const auto& each = sigma.each;
+  if (each[0] == each[1] || !measured[1]) return each[0];
+  return measured[0] ? each.head<2>().norm() / std::sqrt(2.0) : each[1];
+}
+
 double closed(double before, double after, double noise_squared) {
   return 1 - std::max(0.0, after - noise_squared) / (before - noise_squared);
 }
 
 void interval(GapStep& step, const Squares& before, const Squares& after, double sigma_mm) {
-  const double s2 = sigma_mm * sigma_mm;
-  if (before.xy.empty() || 0.5 * mean(before.xy) <= s2) return;
-  step.closed_share = closed(0.5 * mean(before.xy), 0.5 * mean(after.xy), s2);
+  const double s2 = sigma_mm * sigma_mm, share = before.share;
+  if (before.xy.empty() || share * mean(before.xy) <= s2) return;
+  step.closed_share = closed(share * mean(before.xy), share * mean(after.xy), s2);
   std::vector<double> shares;
   Random random = Random::stream(1, "gap");
   const std::uint64_t n = before.xy.size();
@@ -60,8 +81,8 @@ void interval(GapStep& step, const Squares& before, const Squares& after, double
     double was = 0, is = 0;
     for (std::uint64_t i = 0; i < n; ++i) {
       const auto pick = static_cast<std::size_t>(random.below(n));
-      was += 0.5 * before.xy[pick] / static_cast<double>(n);
-      is += 0.5 * after.xy[pick] / static_cast<double>(n);
+      was += share * before.xy[pick] / static_cast<double>(n);
+      is += share * after.xy[pick] / static_cast<double>(n);
     }
     if (was > s2) shares.push_back(closed(was, is, s2));
   }
@@ -94,6 +115,8 @@ GapStep make_step(std::string name, const RobotModel& robot, std::span<const Rea
   step.validate_rms_mm = rms_xy(out);
   step.identify_rms_deg = rms_deg(in);
   step.validate_rms_deg = rms_deg(out);
+  step.identify_rms = rms_each(in);
+  step.validate_rms = rms_each(out);
   if (step.model != "nominal") {
     const bool judged = !out.xy.empty();
     interval(step, squares(nominal, judged ? unseen : fitted), judged ? out : in, sigma_mm);
@@ -110,33 +133,41 @@ void measure_gap(const Campaign& campaign, std::span<const Reading> fitted, cons
     if (r.set == ReadingSet::validate && r.measured) unseen.push_back(r);
     if (std::ranges::find(fitted, r.seq, &Reading::seq) != fitted.end()) seen.push_back(r);
   }
-  const TrackerSigma sigma = diagnosis.noise.used;
-  const RobotModel nominal = nominal_model(mechanism_of(campaign.machine));
-  diagnosis.gap.push_back(make_step("nominal", nominal, seen, unseen, nominal, sigma.xy_mm));
-  const auto add = [&](std::string name, const GeometryFit& fit) {
-    diagnosis.gap.push_back(
-        make_step(std::move(name), fit.model, seen, unseen, nominal, sigma.xy_mm));
-    add_parameters(diagnosis.gap.back(), fit);
+  const PoseSigma sigma = diagnosis.noise.sigma();
+  const double sigma_mm = one_sigma_mm(sigma, base.model.nominal.measured);
+  const RobotModel nominal = nominal_model(base.model.nominal);
+  diagnosis.gap.push_back(make_step("nominal", nominal, seen, unseen, nominal, sigma_mm));
+  const auto step = [&](std::string name, const GeometryFit& fit) {
+    GapStep made = make_step(std::move(name), fit.model, seen, unseen, nominal, sigma_mm);
+    add_parameters(made, fit);
+    return made;
   };
-  add("geometry", base);
-  std::vector<const NamedEffect*> order;
-  for (const NamedEffect& e : diagnosis.effects) {
-    if (e.name != "outlier_readings") order.push_back(&e);
-  }
-  std::stable_sort(order.begin(), order.end(), [](const NamedEffect* a, const NamedEffect* b) {
-    return a->share_of_gap > b->share_of_gap;
-  });
-  GeometryFit fit = base;
-  for (const NamedEffect* e : order) {
-    RobotModel start = fit.model;
-    for (const ActiveEffect& active : diagnosis.fit.model.effects) {
-      if (active.effect->name == e->name) start.effects.push_back(active);
+  // Each effect of `named` with its values in `model`, the largest first; `last`: the fit of all.
+  const auto chain = [&](const std::vector<NamedEffect>& named, const RobotModel& model,
+                         const GeometryFit* last, std::vector<GapStep>& gap) {
+    std::vector<const NamedEffect*> order;
+    for (const NamedEffect& e : named) {
+      if (e.name != "outlier_readings") order.push_back(&e);
     }
-    const bool last = start.effects.size() == diagnosis.fit.model.effects.size();
-    fit = last ? diagnosis.fit
-               : fit_geometry(start, fitted, sigma, {.correlation = diagnosis.noise.correlation});
-    add("+" + e->name, fit);
-  }
+    std::stable_sort(order.begin(), order.end(), [](const NamedEffect* a, const NamedEffect* b) {
+      return a->share_of_gap > b->share_of_gap;
+    });
+    GeometryFit fit = base;
+    for (const NamedEffect* e : order) {
+      RobotModel start = fit.model;
+      for (const ActiveEffect& active : model.effects) {
+        if (active.effect->name == e->name) start.effects.push_back(active);
+      }
+      const bool all = start.effects.size() == model.effects.size();
+      fit = all && last != nullptr
+                ? *last
+                : fit_geometry(start, fitted, sigma, {.correlation = diagnosis.noise.correlation});
+      gap.push_back(step("+" + e->name, fit));
+    }
+  };
+  diagnosis.gap.push_back(step("geometry", base));
+  chain(diagnosis.effects, diagnosis.fit.model, &diagnosis.fit, diagnosis.gap);
+  chain(diagnosis.tried, diagnosis.tried_model, nullptr, diagnosis.gap_tried);
 }
 
 }  // namespace trammel

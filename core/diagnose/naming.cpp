@@ -36,7 +36,7 @@ GeometryFit fit_with(const Work& w, const Library& library, const Candidate& can
   while (!reaches(start, w.readings)) {
     for (ActiveEffect& active : start.effects) active.values /= 4;
   }
-  return fit_geometry(start, w.readings, w.out.noise.used,
+  return fit_geometry(start, w.readings, w.out.noise.sigma(),
                       {.correlation = w.out.noise.correlation});
 }
 
@@ -89,7 +89,7 @@ bool search_on_exact_model(Work& w, Naming& n) {
     before = now;
     w.out.fit = fit_with(w, n.library, n.fitted);
     if (round == kMostRounds) return true;
-    n.space = undecided_space(w.out.fit, w.readings, w.out.noise.used, w.out.noise.correlation);
+    n.space = undecided_space(w.out.fit, w.readings, w.out.noise.sigma(), w.out.noise.correlation);
     n.library = make_library(n.space);
   }
 }
@@ -149,6 +149,9 @@ void name_effects(Work& w, const Naming& n) {
           w.out.notes.push_back("1 + " + about.name + " of lead_scale" + ratio);
       }
     }
+    std::vector<int> from_0;
+    for (const int rail : named.rails) from_0.push_back(rail - 1);
+    named.sentence = sentence_of(*active.effect, fit.model.nominal, from_0);
     named.share_of_gap = total > 0 ? n.loss[e] / total : 0;
     named.p = chi2_tail(n.loss[e], static_cast<double>(named.parameters.size()));
     w.out.effects.push_back(std::move(named));

@@ -7,7 +7,7 @@
 #include "core/diagnose/selection.hpp"
 #include "core/linear/decompositions.hpp"
 #include "core/linear/singular_values.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_at.hpp"
 #include "core/plan/check.hpp"
 #include "core/plane/extent.hpp"
 #include "core/plane/hull.hpp"
@@ -37,11 +37,15 @@ struct Visit {
 
 /// Whether the platform can be measured there from any direction: the stroke that the approach
 /// needs is kept free, as is a wider margin to singularities than a plan must have.
-bool safe(const Mechanism& mechanism, const Pose& pose, double approach_mm) {
+bool safe(const Machine& machine, const Pose& pose, double approach_mm) {
+  const double margin_mm = approach_mm + CheckOptions{}.limit_margin_mm;
+  if (machine.kind->chain != &kPrrChain) {
+    const Reach at = reach(machine, pose);
+    return at.ok() && at.stroke_left_mm >= margin_mm && at.singularity.margin() >= kSafeMargin;
+  }
   const Plan one{"", approach_mm, {{.seq = 1, .target = pose}}};
-  return check(one, mechanism,
-               {.limit_margin_mm = approach_mm + CheckOptions{}.limit_margin_mm,
-                .singularity_margin = kSafeMargin})
+  return check(one, mechanism_of(machine),
+               {.limit_margin_mm = margin_mm, .singularity_margin = kSafeMargin})
       .empty();
 }
 
@@ -59,8 +63,8 @@ std::vector<Place> bounds_of(const std::vector<Reading>& readings) {
 }
 
 /// Poses of a lattice over `bounds` at several orientations. With `by_direction` each from all
-/// eight directions; else each from one, in turn, so that the next session is blind to none.
-std::vector<Visit> candidates(const Mechanism& mechanism, const std::vector<Place>& bounds,
+/// directions; else each from one, in turn, so that the next session is blind to none.
+std::vector<Visit> candidates(const Machine& machine, const std::vector<Place>& bounds,
                               const Conditions& there, double approach_mm, bool by_direction) {
   const int half = by_direction ? 2 : 3;  // lattice points to either side
   const Extent all_of = extent(bounds);
@@ -77,17 +81,22 @@ std::vector<Visit> candidates(const Mechanism& mechanism, const std::vector<Plac
   }
   std::vector<Visit> all;
   int turn = 0;
-  for (const double phi_deg : by_direction ? kTurnsDeg : kMoreTurnsDeg) {
+  const int rails = machine.kind->n_chains, directions = 1 << rails;
+  const std::vector<double> level = {deg_from_rad(machine.home.phi_rad)};
+  const auto& turns_deg = machine.kind->has_point_platform() ? level
+                          : by_direction                     ? kTurnsDeg
+                                                             : kMoreTurnsDeg;
+  for (const double phi_deg : turns_deg) {
     for (const Place& place : distinct_places(places)) {
       const Pose pose{place.x_mm, place.y_mm, rad_from_deg(phi_deg)};
-      if (!safe(mechanism, pose, approach_mm)) continue;
-      const InverseResult at = inverse(mechanism.geometry, pose);
+      if (!safe(machine, pose, approach_mm)) continue;
+      const Displacements at_mm = drives_of(machine, pose);
       ++turn;
-      for (int bits = 0; bits < 8; ++bits) {
-        if (!by_direction && bits != turn % 8) continue;
+      for (int bits = 0; bits < directions; ++bits) {
+        if (!by_direction && bits != turn % directions) continue;
         Visit c{pose, {}, there};
-        c.conditions.cmd_mm = c.conditions.from_mm = at.l_mm;
-        for (int rail = 0; rail < kChains; ++rail) {
+        c.conditions.cmd_mm = c.conditions.from_mm = at_mm;
+        for (int rail = 0; rail < rails; ++rail) {
           const int direction = bits >> rail & 1 ? 1 : -1;
           c.approach[static_cast<std::size_t>(rail)] = direction;
           c.conditions.from_mm[rail] -= direction * approach_mm;
@@ -108,10 +117,10 @@ struct Seen {
 
 class Design {
  public:
-  Design(const GeometryFit& base, const TrackerSigma& sigma, std::vector<FreeParameter> parameters)
+  Design(const GeometryFit& base, const PoseSigma& sigma, std::vector<FreeParameter> parameters)
       : base_(base),
         parameters_(std::move(parameters)),
-        inverse_sigma_(1 / sigma.xy_mm, 1 / sigma.xy_mm, 1 / sigma.phi_rad) {}
+        inverse_sigma_(sigma.of(base.model.nominal.measured).cwiseInverse()) {}
 
   [[nodiscard]] Seen seen(const Conditions& conditions) const {
     Seen s;
@@ -404,9 +413,9 @@ Open open_tie(const Known& k, const Tie& tie, const std::vector<Seen>& candidate
 Proposal propose(const Known& k, const NextState& state) {
   const bool by_direction =
       std::any_of(k.ties.begin(), k.ties.end(), [](const Tie& t) { return t.by_direction; });
-  const std::vector<Visit> all = candidates(k.base.model.mechanism, k.bounds,
-                                            conditions_in(state, k.last, k.options.new_epoch),
-                                            state.approach_mm, by_direction);
+  const std::vector<Visit> all =
+      candidates(k.base.model.nominal, k.bounds, conditions_in(state, k.last, k.options.new_epoch),
+                 state.approach_mm, by_direction);
   std::vector<Seen> seen;
   for (const Visit& c : all) seen.push_back(k.design.seen(c.conditions));
   Proposal proposal;
@@ -465,7 +474,7 @@ double energy_needed(double lead) {
 }
 
 NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>& readings,
-                            const TrackerSigma& sigma, const std::vector<Tie>& ties,
+                            const PoseSigma& sigma, const std::vector<Tie>& ties,
                             const NextOptions& options) {
   if (ties.empty() || readings.empty()) return {};
   std::vector<Reading> epochs = readings;
@@ -473,7 +482,7 @@ NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>&
     epochs.emplace_back();
     epochs.back().conditions.epoch = readings.back().conditions.epoch + 1;
   }
-  const Design design(base, sigma, base_parameters(epochs));
+  const Design design(base, sigma, base_parameters(base.model.nominal, epochs));
   std::vector<Seen> seen;
   for (const Reading& r : readings) seen.push_back(design.seen(r.conditions));
   const std::vector<Place> bounds = options.within.empty() ? bounds_of(readings) : options.within;

@@ -78,7 +78,7 @@ struct NextOptions {
 /// are added until all are decided. Ties that all candidates together leave below kHopeless are
 /// `undecided`; so are those that the chosen points leave there.
 NextPoints plan_next_points(const GeometryFit& base, const std::vector<Reading>& readings,
-                            const TrackerSigma& sigma, const std::vector<Tie>& ties,
+                            const PoseSigma& sigma, const std::vector<Tie>& ties,
                             const NextOptions& options = {});
 
 /// Energy that new points must add so that a rival which trails by `lead` in score trails by 20:1

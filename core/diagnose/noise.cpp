@@ -1,6 +1,7 @@
 #include "core/diagnose/noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/diagnose/dictionary.hpp"
@@ -13,12 +14,13 @@ namespace trammel {
 
 namespace {
 
-constexpr double kMedianChi2Of3 = 2.36597;
+constexpr std::array<double, 4> kMedianChi2 = {1, 0.454936, 1.386294, 2.36597};
 constexpr double kTenSigmasSquared = 100;
 
-/// d_i = r_loo' (I + A_loo)^-1 r_loo, chi^2(3) for a good reading: its residual from a fit without
-/// it, over the covariance of that. From the weighted fit (U orthonormal, reading i weighted w): H
-/// = w^2 A, r_loo = (I - H)^-1 r, so d = r' (I - H)^-1 (I + (1 - w^2) A)^-1 r.
+/// d_i = r_loo' (I + A_loo)^-1 r_loo, chi^2 of its coordinates for a good reading: its residual
+/// from a fit without it, over the covariance of that. From the weighted fit (U orthonormal,
+/// reading i weighted w): H = w^2 A, r_loo = (I - H)^-1 r, so d = r' (I - H)^-1 (I + (1 - w^2)
+/// A)^-1 r.
 Eigen::VectorXd distances(const Eigen::MatrixXd& U, const Eigen::VectorXd& r,
                           const Eigen::VectorXd& weight) {
   Eigen::VectorXd d(weight.size());
@@ -68,7 +70,8 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
     r = without(U, r);
     for (Eigen::Index i = 0; i < n; ++i) r.segment<3>(3 * i) /= weight[i];
     fit.distance = distances(U, r, weight);
-    fit.distance /= median(fit.distance) / kMedianChi2Of3;
+    fit.distance /=
+        median(fit.distance) / kMedianChi2[static_cast<std::size_t>(space.coordinates())];
     fit.residual = r;
     for (Eigen::Index i = 0; i < n; ++i)
       weight[i] = std::min(1.0, 3.0 / std::sqrt(fit.distance[i]));
@@ -77,11 +80,12 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
 }
 
 /// Excess kurtosis of the readings within the threshold, in its errors sqrt(24 / n); 0 for too few.
-double tail_weight(const RobustFit& fit, double threshold) {
+double tail_weight(const ResidualSpace& space, const RobustFit& fit, double threshold) {
   double m2 = 0, m4 = 0, count = 0;
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {
     if (fit.distance[i] > threshold) continue;
     for (int k = 0; k < 3; ++k) {
+      if (!space.is_measured(k)) continue;
       const double r = fit.residual[3 * i + k];
       m2 += r * r;
       m4 += r * r * r * r;
@@ -94,14 +98,17 @@ double tail_weight(const RobustFit& fit, double threshold) {
 
 /// Heavier tails than a normal distribution's: beyond four errors of the kurtosis; beyond two where
 /// far readings are there to ask for them, none of which is farther than ten sigmas.
-bool heavier_than_normal(const RobustFit& fit, double threshold) {
+bool heavier_than_normal(const ResidualSpace& space, const RobustFit& fit, double threshold) {
   const double farthest = fit.distance.maxCoeff();
   const bool moderate = farthest > threshold && farthest < kTenSigmasSquared;
-  return tail_weight(fit, threshold) > (moderate ? 2 : 4);
+  return tail_weight(space, fit, threshold) > (moderate ? 2 : 4);
 }
 
 /// Squared sigmas beyond which one of n normal readings lies in a share kFalseOutlier of campaigns.
-double far_for(std::size_t n) { return chi2_limit(kFalseOutlier / static_cast<double>(n), 3); }
+double far_for(const ResidualSpace& space) {
+  return chi2_limit(kFalseOutlier / static_cast<double>(space.readings.size()),
+                    space.coordinates());
+}
 
 /// Readings that follow one another: most of those flagged stand next to another one. Single bad
 /// readings do so by chance only (k^2 / n pairs of k among n).
@@ -117,17 +124,27 @@ NoiseRatio noise_ratio(const ResidualSpace& space, const Eigen::MatrixXd& signal
   const Eigen::MatrixXd U = orthonormal(all_columns(space, signals));
   const Eigen::VectorXd r = without(U, space.residual);
   const Eigen::VectorXd left = Eigen::VectorXd::Ones(space.rows()) - U.rowwise().squaredNorm();
-  double xy = 0, xy_dof = 0, phi = 0, phi_dof = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero(), dof = Eigen::Vector3d::Zero();
+  double xy = 0, xy_dof = 0;
   for (Eigen::Index i = 0; i < space.rows(); ++i) {
-    (i % 3 == 2 ? phi : xy) += r[i] * r[i];
-    (i % 3 == 2 ? phi_dof : xy_dof) += left[i];
+    if (!space.is_measured(i)) continue;
+    sum[i % 3] += r[i] * r[i];
+    dof[i % 3] += left[i];
+    if (i % 3 == 2) continue;
+    xy += r[i] * r[i];
+    xy_dof += left[i];
   }
-  NoiseRatio ratio;
-  ratio.xy = std::sqrt(xy / xy_dof);
-  ratio.phi = std::sqrt(phi / phi_dof);
-  ratio.xy_dof = xy_dof;
-  ratio.phi_dof = phi_dof;
-  return ratio;
+  const auto ratio = [](double squares, double degrees) {
+    return degrees > 0 ? std::sqrt(squares / degrees) : 1;
+  };
+  return {.xy = ratio(xy, xy_dof),
+          .phi = ratio(sum[2], dof[2]),
+          .xy_dof = xy_dof,
+          .phi_dof = dof[2],
+          .x = ratio(sum[0], dof[0]),
+          .y = ratio(sum[1], dof[1]),
+          .x_dof = dof[0],
+          .y_dof = dof[1]};
 }
 
 bool other_size(double ratio, double dof, double noise_dof) {
@@ -143,12 +160,14 @@ bool other_size(double ratio, double dof, double noise_dof) {
 
 std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
   const RobustFit fit = robust_fit(space, all_columns(space, signals));
-  const double normal = far_for(space.readings.size());
-  if (!heavier_than_normal(fit, normal)) return std::nullopt;
-  // P(|t_3| > x) -> 4 sqrt(3) / (pi x^3) = 2.205 / x^3 for large x; 3 coordinates a reading
-  const double student =
-      std::pow(2.205 * 3 * static_cast<double>(space.readings.size()) / kFalseOutlier, 2.0 / 3);
-  const Eigen::Vector3d sigma(space.sigma.xy_mm, space.sigma.xy_mm, space.sigma.phi_rad);
+  const double normal = far_for(space);
+  if (!heavier_than_normal(space, fit, normal)) return std::nullopt;
+  // P(|t_3| > x) -> 4 sqrt(3) / (pi x^3) = 2.205 / x^3 for large x, for each coordinate
+  const int coordinates = space.coordinates();
+  const double student = std::pow(
+      2.205 * coordinates * static_cast<double>(space.readings.size()) / kFalseOutlier, 2.0 / 3);
+  const Eigen::Vector3d sigma = space.sigma.each;
+  const double winsor = kWinsor[static_cast<std::size_t>(coordinates)];
   Tails tails{.far = {}, .gross = {}, .sigmas = {}, .readings = space.readings};
   for (std::size_t i = 0; i < tails.readings.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
@@ -158,8 +177,8 @@ std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::Matrix
       tails.sigmas.push_back(std::sqrt(d));
     }
     if (d > student) tails.gross.push_back(i);
-    if (d <= kWinsor * kWinsor) continue;
-    const double excess = 1 - kWinsor / std::sqrt(d);
+    if (d <= winsor * winsor) continue;
+    const double excess = 1 - winsor / std::sqrt(d);
     const Eigen::Vector3d r = fit.residual.segment<3>(3 * at);
     tails.readings[i].measured =
         Pose::from(tails.readings[i].measured->vector() - excess * sigma.cwiseProduct(r));
@@ -170,8 +189,8 @@ std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::Matrix
 std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
   const RobustFit fit = robust_fit(space, all_columns(space, signals));
   const auto n = static_cast<double>(space.readings.size());
-  double threshold = far_for(space.readings.size());
-  if (heavier_than_normal(fit, threshold)) threshold = kTenSigmasSquared;
+  double threshold = far_for(space);
+  if (heavier_than_normal(space, fit, threshold)) threshold = kTenSigmasSquared;
   std::vector<std::size_t> bad;
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {
     if (fit.distance[i] > threshold) bad.push_back(static_cast<std::size_t>(i));

@@ -1,6 +1,7 @@
 #pragma once
 // The size of the noise, and single readings that are not of it.
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -17,6 +18,8 @@ namespace trammel {
 struct NoiseRatio {
   double xy = 1, phi = 1;  // estimated over stated
   double xy_dof = 0, phi_dof = 0;
+  double x = 1, y = 1;  // each by itself
+  double x_dof = 0, y_dof = 0;
 };
 /// True where a ratio of estimated and stated sigma is not chance: dof ratio^2 outside the central
 /// 1 - kOtherSize of chi^2(dof). (A standard error of ratio / sqrt(2 dof) is no such thing on few
@@ -41,8 +44,8 @@ inline constexpr double kNotACourse = 2.0;
 
 /// Places (in `space.readings`) of single bad readings, against base and catalogue fitted robustly.
 ///
-/// Reading i stands out by d_i = r_i' (I - H_ii)^-1 r_i / scale^2, chi^2(3) for a good one; scale
-/// from the median of all d. Bad: chance of one such reading in a clean campaign below
+/// Reading i stands out by d_i = r_i' (I - H_ii)^-1 r_i / scale^2, chi^2(k) of its coordinates;
+/// scale from the median of all d. Bad: chance of one such reading in a clean campaign below
 /// kFalseOutlier (or, where the rest has heavier tails than a normal distribution, ten sigmas).
 /// More than kMostBad of the readings, or a run of successive ones, are no single readings: then
 /// none is named.
@@ -64,6 +67,7 @@ struct Tails {
 /// Nothing when the tails are a normal distribution's. Whether structure makes them is the caller's
 /// question.
 std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::MatrixXd& signals);
-inline constexpr double kWinsor = 2.8;  // sqrt of chi^2(3): 5 % of normal readings lie beyond
+/// By the number of coordinates k: sqrt of chi^2(k), beyond which 5 % of normal readings lie.
+inline constexpr std::array<double, 4> kWinsor = {0, 1.96, 2.45, 2.8};
 
 }  // namespace trammel

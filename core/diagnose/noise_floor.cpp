@@ -31,11 +31,24 @@ Around around_what_is_large(Work& w) {
   return {std::move(n.space), std::move(n.library)};
 }
 
+/// Two axes are read by an instrument each: y has a noise of its own where its residuals are not of
+/// the size of x's beyond chance. True when that changed.
+bool settle_axes(Work& w, const NoiseRatio& ratio) {
+  if (!w.space.machine.kind->has_point_platform()) return false;
+  if (!other_size(ratio.y / ratio.x, ratio.y_dof, ratio.x_dof)) return false;
+  NoiseFloor& noise = w.out.noise;
+  noise.used.xy_mm *= ratio.x;
+  noise.y_over_x *= ratio.y / ratio.x;
+  noise.rescaled = noise.source != NoiseSource::residuals;
+  fit_base(w);
+  return true;
+}
+
 }  // namespace
 
 void first_noise(Work& w) {
   NoiseFloor& noise = w.out.noise;
-  noise.repeats = pooled_noise(w.campaign.readings);
+  noise.repeats = pooled_noise(w.campaign.readings, w.campaign.machine.measured);
   if (w.campaign.tracker ||
       (noise.repeats && noise.repeats->degrees_of_freedom >= kEnoughRepeats)) {
     const NoiseLevel level = noise_level(w.campaign);
@@ -62,6 +75,7 @@ void settle_noise(Work& w) {
     const NoiseRatio ratio = noise_ratio(at.space, at.library.signals);
     const bool unknown = w.out.noise.source == NoiseSource::residuals;
     const int repeats = w.out.noise.degrees_of_freedom;
+    if (settle_axes(w, ratio)) continue;
     const bool xy = unknown || other_size(ratio.xy, ratio.xy_dof, 2 * repeats);
     const bool phi = unknown || other_size(ratio.phi, ratio.phi_dof, repeats);
     if (!xy && !phi) return;
@@ -75,8 +89,8 @@ void settle_noise(Work& w) {
 void settle_correlation(Work& w, bool known) {
   const auto space_with = [&](double rho) {
     return residual_space(
-        fit_geometry(w.base.model, w.readings, w.out.noise.used, {.correlation = rho}), w.readings,
-        w.out.noise.used, rho);
+        fit_geometry(w.base.model, w.readings, w.out.noise.sigma(), {.correlation = rho}),
+        w.readings, w.out.noise.sigma(), rho);
   };
   w.out.noise.correlation = noise_correlation(space_with, known);
   if (w.out.noise.correlation == 0) return;
@@ -128,7 +142,7 @@ void settle_tails(Work& w) {
   w.out.notes.emplace_back(
       "the noise has heavier tails than a normal distribution: the fit is robust, readings far off "
       "count as if they were " +
-      text_of(kWinsor) + " sigma away");
+      text_of(kWinsor[static_cast<std::size_t>(w.space.coordinates())]) + " sigma away");
   fit_base(w);
 }
 

@@ -87,9 +87,13 @@ Eigen::MatrixXd complement(const Eigen::MatrixXd& of) {
 }  // namespace
 
 BaseDistance base_distance(const GeometryFit& fit) {
-  const GeometryVector off = to_vector(fit.model.geometry) -
-                             to_vector(laid_onto(fit.model.mechanism.geometry, fit.model.geometry));
-  const Eigen::MatrixXd frames = changes_of_frames(fit.model.geometry);
+  BaseDistance distance;
+  if (fit.model.nominal.kind->chain != &kPrrChain)
+    return distance;  // what lays the others on is not known
+  const Geometry fitted = fit.model.geometry();
+  const GeometryVector off =
+      to_vector(fitted) - to_vector(laid_onto(geometry_of(fit.model.nominal), fitted));
+  const Eigen::MatrixXd frames = changes_of_frames(fitted);
   const auto n = static_cast<Eigen::Index>(fit.parameters.size());
   Eigen::VectorXd z = Eigen::VectorXd::Zero(n);
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(n, frames.cols() + n);
@@ -104,7 +108,6 @@ BaseDistance base_distance(const GeometryFit& fit) {
   }
   const Eigen::MatrixXd& V = fit.identified.directions;
   const Eigen::MatrixXd U = complement(transposed_product(V, N));
-  BaseDistance distance;
   distance.directions = static_cast<int>(U.cols());
   if (distance.directions == 0) return distance;
   const Eigen::VectorXd variances =

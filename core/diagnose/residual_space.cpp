@@ -10,9 +10,10 @@ namespace trammel {
 namespace {
 
 ResidualSpace bare_space(const GeometryFit& fit, std::span<const Reading> readings,
-                         const TrackerSigma& sigma, double correlation) {
+                         const PoseSigma& sigma, double correlation) {
   ResidualSpace space;
   space.readings.assign(readings.begin(), readings.end());
+  space.machine = fit.model.nominal;
   space.sigma = sigma;
   space.correlation = correlation;
   for (const Reading& reading : readings) {
@@ -24,7 +25,7 @@ ResidualSpace bare_space(const GeometryFit& fit, std::span<const Reading> readin
 }  // namespace
 
 ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
-                             const TrackerSigma& sigma, double correlation) {
+                             const PoseSigma& sigma, double correlation) {
   ResidualSpace space = bare_space(fit, readings, sigma, correlation);
   space.Q = orthonormal(product(fit.system.jacobian, fit.identified.directions), 0);
   space.residual = space.project(fit.system.residual);
@@ -32,7 +33,7 @@ ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> re
 }
 
 ResidualSpace undecided_space(const GeometryFit& fit, std::span<const Reading> readings,
-                              const TrackerSigma& sigma, double correlation) {
+                              const PoseSigma& sigma, double correlation) {
   ResidualSpace space = bare_space(fit, readings, sigma, correlation);
   Eigen::VectorXd y = fit.system.residual;
   std::vector<Eigen::Index> base;

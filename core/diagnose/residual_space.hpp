@@ -2,6 +2,7 @@
 // What is left of readings, and of any signal, once a model has been refitted to it.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,7 +14,8 @@
 
 namespace trammel {
 
-/// The whitened readings around a fit: everything in sigmas, 3 rows a reading (x, y, phi).
+/// The whitened readings around a fit: everything in sigmas, 3 rows a reading (x, y, phi), 0 for a
+/// coordinate that is not measured.
 ///
 /// M = I - Q Q' takes out what the model's free parameters could imitate; `residual` = M r. A
 /// signal e seen through M is what survives the refit; |M e|^2 is the noncentrality it gives a
@@ -21,13 +23,21 @@ namespace trammel {
 struct ResidualSpace {
   std::vector<Reading> readings;
   std::vector<Prediction> predictions;  // of the fit, with the moments effects act in
-  TrackerSigma sigma;
+  Machine machine;                      // nominal
+  PoseSigma sigma;
   double correlation = 0;    // of successive readings: taken out of residual, Q and signals alike
   Eigen::MatrixXd Q;         // orthonormal, shape (3N, rank)
   Eigen::VectorXd residual;  // shape (3N)
 
   [[nodiscard]] Eigen::Index rows() const { return residual.size(); }
-  [[nodiscard]] int dof() const { return static_cast<int>(rows() - Q.cols()); }
+  [[nodiscard]] bool is_measured(Eigen::Index row) const {
+    return machine.measured[static_cast<std::size_t>(row % 3)];
+  }
+  /// How many coordinates a reading has.
+  [[nodiscard]] int coordinates() const {
+    return static_cast<int>(std::ranges::count(machine.measured, true));
+  }
+  [[nodiscard]] int dof() const { return static_cast<int>(coordinates() * rows() / 3 - Q.cols()); }
   [[nodiscard]] Eigen::MatrixXd project(const Eigen::MatrixXd& signal) const {
     return without(Q, signal);
   }
@@ -35,7 +45,7 @@ struct ResidualSpace {
 
 /// Around `fit`, which was made on `readings` with `sigma` and `correlation`.
 ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> readings,
-                             const TrackerSigma& sigma, double correlation = 0);
+                             const PoseSigma& sigma, double correlation = 0);
 
 /// The linearisation of the same exact fit in which its effects are not yet decided on: Q holds the
 /// base alone, and the residual has the effects' fitted signals given back,
@@ -43,13 +53,13 @@ ResidualSpace residual_space(const GeometryFit& fit, std::span<const Reading> re
 /// so that a search around it weighs every set to first order at the fit. About the base, what is
 /// left of second order of an effect of 1e-2 is some micrometres, and other effects follow those.
 ResidualSpace undecided_space(const GeometryFit& fit, std::span<const Reading> readings,
-                              const TrackerSigma& sigma, double correlation = 0);
+                              const PoseSigma& sigma, double correlation = 0);
 
 /// Whitened signal of a deviation given per reading, shape (3N). Not projected.
 template <typename DeviationOf>
 Eigen::VectorXd whitened_signal(const ResidualSpace& space, DeviationOf deviation_of) {
   Eigen::VectorXd column(space.rows());
-  const Eigen::Vector3d sigma(space.sigma.xy_mm, space.sigma.xy_mm, space.sigma.phi_rad);
+  const Eigen::Vector3d sigma = space.sigma.of(space.machine.measured);
   for (std::size_t i = 0; i < space.readings.size(); ++i) {
     const Prediction& at = space.predictions[i];
     column.segment<3>(3 * static_cast<Eigen::Index>(i)) =

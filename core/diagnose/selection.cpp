@@ -16,10 +16,12 @@ constexpr double kVisibleSigmas =
 constexpr double kOutOfSight = 30;  // below the best score: neither a rival nor in any average
 constexpr double kCollinear = 1e-9;  // share of a column that must survive the others of its set
 
-std::vector<std::vector<int>> units_of(const Effect& effect) {
+/// Of the parameters that the machine has.
+std::vector<std::vector<int>> units_of(const Effect& effect, const Machine& machine) {
   std::vector<std::vector<int>> units;
   for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
-    if (effect.parameters[static_cast<std::size_t>(k)].joined) {
+    if (!exists(effect, k, machine)) continue;
+    if (effect.parameters[static_cast<std::size_t>(k)].joined && !units.empty()) {
       units.back().push_back(k);
     } else {
       units.push_back({k});
@@ -28,10 +30,11 @@ std::vector<std::vector<int>> units_of(const Effect& effect) {
   return units;
 }
 
-/// One parameter on each rail: the same cause (screws of one batch, one steel, one kind of nut) may
-/// act on all of them by the same amount, which is one parameter, not three that happen to agree.
-bool one_per_rail_of(const Effect& effect) {
-  if (effect.parameters.size() != kChains) return false;
+/// One parameter on each drive or guide: the same cause (screws of one batch, one steel, one kind
+/// of nut) may act on all of them by the same amount, which is one parameter, not several that
+/// happen to agree.
+bool one_per_rail_of(const Effect& effect, const Machine& machine) {
+  if (effect.parameters.size() != kChains || machine.kind->n_chains < 2) return false;
   for (int k = 0; k < kChains; ++k) {
     const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
     if (p.rail != k || p.joined) return false;
@@ -199,7 +202,7 @@ Library make_library(const ResidualSpace& space) {
   for (std::size_t e = 0; e < catalogue.size(); ++e) {
     const Effect& effect = catalogue[e];
     if (!testable(effect, space)) continue;
-    for (const auto& parameters : units_of(effect)) {
+    for (const auto& parameters : units_of(effect, space.machine)) {
       Unit unit{static_cast<int>(e), parameters, {}};
       std::vector<Eigen::VectorXd> own;
       bool visible = true;
@@ -219,7 +222,7 @@ Library make_library(const ResidualSpace& space) {
       }
       library.units.push_back(unit);
     }
-    if (!one_per_rail_of(effect)) continue;
+    if (!one_per_rail_of(effect, space.machine)) continue;
     Unit common{static_cast<int>(e), {}, {static_cast<int>(columns.size())}, true};
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(space.rows());
     double least_usual = INFINITY;
@@ -229,7 +232,7 @@ Library make_library(const ResidualSpace& space) {
       sum += columns[static_cast<std::size_t>(unit.columns.front())];
       least_usual = std::min(least_usual, highest[static_cast<std::size_t>(unit.columns.front())]);
     }
-    if (common.parameters.size() < kChains ||
+    if (std::ssize(common.parameters) < space.machine.kind->n_chains ||
         space.project(sum).norm() * least_usual <= kVisibleSigmas)
       continue;
     columns.push_back(std::move(sum));

@@ -153,7 +153,9 @@ Eigen::MatrixXd noise_through_refit(const ResidualSpace& space, std::uint64_t se
   Eigen::MatrixXd noise(space.rows(), count);
   for (int c = 0; c < count; ++c) {
     Random random = Random::stream(seed, "structure", static_cast<std::uint64_t>(first + c));
-    for (Eigen::Index i = 0; i < noise.rows(); ++i) noise(i, c) = random.normal();
+    for (Eigen::Index i = 0; i < noise.rows(); ++i) {
+      noise(i, c) = space.is_measured(i) ? random.normal() : 0;
+    }
   }
   return space.project(noise);
 }

@@ -238,13 +238,14 @@ std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit, const RobotModel
   }
   std::vector<Tie> ties;
   for (std::size_t e = 0; e < audit.size(); ++e) {
-    const int place = static_cast<int>(e);
-    const Effect& effect = effect_at(place);
+    const Effect& effect = find_effect(audit[e].effect);
+    const int place = static_cast<int>(&effect - effect_catalogue().data());
     if (std::find(named.begin(), named.end(), place) != named.end()) continue;
     if (!audit[e].missing.empty() && effect.needs.front() != Need::direction) continue;
     const bool blind = !audit[e].smallest_visible || audit[e].surviving_share <= kBlindShare;
     if (!blind && !audit[e].only_unusual()) continue;
     for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
+      if (!exists(effect, static_cast<int>(k), model.nominal)) continue;
       Tie tie;
       tie.signal = {effect_term(place, static_cast<int>(k),
                                 (blind ? kShouldNotHide : 1) * effect.parameters[k].usual_max)};

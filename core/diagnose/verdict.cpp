@@ -42,11 +42,13 @@ void leave_unexplained(Work& w, std::vector<Finding> where) {
                             [](const NamedEffect& e) { return e.name == "outlier_readings"; });
   out.tried.assign(tried, out.effects.end());
   out.effects.erase(tried, out.effects.end());
+  out.tried_model = out.fit.model;
   out.fit = w.base;
   NoiseFloor& noise = out.noise;
   if (noise.rescaled && noise.used.xy_mm > noise.first.xy_mm) {
     // the structure is part of that size: it says nothing about the noise
     noise.used = noise.first;
+    noise.y_over_x = 1;
     noise.rescaled = false;
     out.notes.push_back(
         "the residuals are larger than the noise that tracker or repeats state, but structure is "
@@ -101,8 +103,7 @@ double chi2_of_unseen(const Work& w, const RobotModel& model) {
     const Prediction at = predict(model, r.conditions);
     if (!at.ok()) return INFINITY;
     const Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
-    const TrackerSigma& s = w.out.noise.used;
-    sum += d.cwiseQuotient(Eigen::Vector3d(s.xy_mm, s.xy_mm, s.phi_rad)).squaredNorm();
+    sum += d.cwiseQuotient(w.out.noise.sigma().of(model.nominal.measured)).squaredNorm();
   }
   return sum;
 }
@@ -110,7 +111,7 @@ double chi2_of_unseen(const Work& w, const RobotModel& model) {
 /// Why the named set can't stand: what it leaves, or what explains more; nothing when it can.
 std::vector<Finding> objections(const Work& w, const Naming& n) {
   if (!n.best.usual) {
-    return {{"rails",
+    return {{drives_name(*w.space.machine.kind),
              "named effects need a sign that they can't have (an overshoot is no backlash)",
              chi2_tail(n.best.gain, n.best.parameters), n.best.gain, n.best.parameters}};
   }
@@ -209,7 +210,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
   }
   out.base = base_distance(out.fit);
   const ResidualSpace left =
-      residual_space(out.fit, w.readings, out.noise.used, out.noise.correlation);
+      residual_space(out.fit, w.readings, out.noise.sigma(), out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   if (took_agreement_for_noise(w, out.after, w.options.inadequate)) return decide(w, ties);
   n.mean = average(n.library, family_of(n.library, n.best, n.all));
@@ -234,7 +235,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
 void leave_to_the_screen(Work& w) {
   Diagnosis& out = w.out;
   out.verdict = Verdict::unexplained;
-  out.fit.model = nominal_model(mechanism_of(w.campaign.machine));
+  out.fit.model = nominal_model(w.campaign.machine);
   out.notes.emplace_back(
       "nothing was fitted: what the screen found has to be put right first, in the campaign's "
       "files "

@@ -20,9 +20,9 @@ std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
 
 void fit_base(Work& w) {
   const NoiseFloor& noise = w.out.noise;
-  w.base = fit_geometry(nominal_model(mechanism_of(w.campaign.machine)), w.readings, noise.used,
+  w.base = fit_geometry(nominal_model(w.campaign.machine), w.readings, noise.sigma(),
                         {.correlation = noise.correlation});
-  w.space = residual_space(w.base, w.readings, noise.used, noise.correlation);
+  w.space = residual_space(w.base, w.readings, noise.sigma(), noise.correlation);
   w.library = make_library(w.space);
 }
 

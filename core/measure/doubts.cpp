@@ -128,7 +128,7 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
                  deg_from_rad(left.phi_rad))});
     return;
   }
-  const auto repeats = pooled_noise(c.readings);
+  const auto repeats = pooled_noise(c.readings, is_measured);
   if (!repeats || repeats->degrees_of_freedom < kEnoughFreedom) return;
   if (!(n_xy > 0 && repeats->sigma.xy_mm >= kTooBad * c.tracker->xy_mm) &&
       !(is_measured[2] && repeats->sigma.phi_rad >= kTooBad * c.tracker->phi_rad))

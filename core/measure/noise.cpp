@@ -50,12 +50,15 @@ struct Scatter {
   }
 };
 
-Scatter scatter_of(const std::vector<Eigen::Vector3d>& poses) {
+Scatter scatter_of(const std::vector<Eigen::Vector3d>& poses, const Coordinates& measured) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const auto& pose : poses) mean += pose / static_cast<double>(poses.size());
   Scatter scatter{.freedom = static_cast<int>(poses.size()) - 1};
   for (const auto& pose : poses) {
-    const Eigen::Vector3d d = pose - mean;
+    Eigen::Vector3d d = pose - mean;
+    for (int c = 0; c < 3; ++c) {
+      if (!measured[static_cast<std::size_t>(c)]) d[c] = 0;
+    }
     scatter.xy += d.head<2>().squaredNorm();
     scatter.phi += d[2] * d[2];
   }
@@ -70,7 +73,7 @@ bool beyond(double sum, int freedom, double other_sum, int other_freedom, double
 }
 
 /// Leaves out the groups that scatter beyond all others, the worst first. Their number.
-int leave_out_wild(std::vector<Scatter>& groups, Scatter& all) {
+int leave_out_wild(std::vector<Scatter>& groups, Scatter& all, int n_xy) {
   const double p = kFalseGroup / static_cast<double>(2 * groups.size());
   const auto mean_square = [](const Scatter& s) { return s.xy / s.freedom; };
   const auto mean_phi = [](const Scatter& s) { return s.phi / s.freedom; };
@@ -80,7 +83,7 @@ int leave_out_wild(std::vector<Scatter>& groups, Scatter& all) {
     const auto is_wild = [&](const Scatter& g) {
       Scatter rest = all;
       rest.add(g, -1);
-      return beyond(g.xy, 2 * g.freedom, rest.xy, 2 * rest.freedom, p) ||
+      return beyond(g.xy, n_xy * g.freedom, rest.xy, n_xy * rest.freedom, p) ||
              beyond(g.phi, g.freedom, rest.phi, rest.freedom, p);
     };
     if (!is_wild(*worst)) worst = std::ranges::max_element(groups, {}, mean_phi);
@@ -101,11 +104,16 @@ Against against(double estimate, double stated, double degrees) {
   return chi2 < chi2_limit(1 - kFalseRepeats, degrees) ? Against::below : Against::as_stated;
 }
 
+/// "0.0100 mm and 0.0040 deg"; without phi where it is not measured.
 std::string both(const TrackerSigma& sigma) {
+  constexpr double kSubMicrometre = 0.001;  // mm: below it four places would show nothing
   char text[80];
-  std::snprintf(text, sizeof text, "%.4f mm and %.4f deg", sigma.xy_mm,
-                deg_from_rad(sigma.phi_rad));
-  return text;
+  std::snprintf(text, sizeof text, sigma.xy_mm < kSubMicrometre ? "%.3g mm" : "%.4f mm",
+                sigma.xy_mm);
+  if (sigma.phi_rad == 0) return text;
+  std::string words = text;
+  std::snprintf(text, sizeof text, " and %.4f deg", deg_from_rad(sigma.phi_rad));
+  return words + text;
 }
 
 std::string words_of(const NoiseLevel& level, bool decided) {
@@ -134,9 +142,10 @@ std::string words_of(const NoiseLevel& level, bool decided) {
   return text + (decided ? ", which agrees (1 %)" : ", too few to decide");
 }
 
-void require_positive(const TrackerSigma& sigma) {
-  const bool xy_ok = std::isfinite(sigma.xy_mm) && sigma.xy_mm > 0;
-  const bool phi_ok = std::isfinite(sigma.phi_rad) && sigma.phi_rad > 0;
+void require_positive(const TrackerSigma& sigma, const Coordinates& measured) {
+  const bool xy_ok =
+      (!measured[0] && !measured[1]) || (std::isfinite(sigma.xy_mm) && sigma.xy_mm > 0);
+  const bool phi_ok = !measured[2] || (std::isfinite(sigma.phi_rad) && sigma.phi_rad > 0);
   if (xy_ok && phi_ok) return;
   throw InputError({.what = "the tracker's standard deviation cannot weight a reading",
                     .where = {.field = xy_ok ? "tracker.sigma_phi_deg" : "tracker.sigma_xy_mm"},
@@ -147,7 +156,8 @@ void require_positive(const TrackerSigma& sigma) {
 
 }  // namespace
 
-std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings) {
+std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings,
+                                        const Coordinates& measured) {
   std::map<Key, std::vector<Eigen::Vector3d>> approached, standing;
   for (const Reading& reading : readings) {
     if (!reading.measured) continue;
@@ -160,30 +170,34 @@ std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings) {
     if (!groups.empty()) break;
     for (const auto& [key, poses] : *repeats) {
       if (poses.size() < 2) continue;
-      groups.push_back(scatter_of(poses));
+      groups.push_back(scatter_of(poses, measured));
       all.add(groups.back(), 1);
     }
   }
   if (groups.empty()) return std::nullopt;
   PooledNoise noise;
-  noise.groups_left_out = leave_out_wild(groups, all);
+  noise.n_xy = (measured[0] ? 1 : 0) + (measured[1] ? 1 : 0);
+  noise.groups_left_out = leave_out_wild(groups, all, noise.n_xy);
   noise.groups = static_cast<int>(groups.size());
   noise.degrees_of_freedom = all.freedom;
-  noise.sigma = {.xy_mm = std::sqrt(all.xy / (2.0 * all.freedom)),
+  const double xy_freedom = std::max(noise.n_xy, 1) * 1.0 * all.freedom;
+  noise.sigma = {.xy_mm = std::sqrt(all.xy / xy_freedom),
                  .phi_rad = std::sqrt(all.phi / all.freedom)};
   return noise;
 }
 
 NoiseLevel noise_level(const Campaign& campaign) {
-  NoiseLevel level{.stated = campaign.tracker, .repeats = pooled_noise(campaign.readings)};
+  const Coordinates& measured = campaign.machine.measured;
+  NoiseLevel level{.stated = campaign.tracker,
+                   .repeats = pooled_noise(campaign.readings, measured)};
   const auto& repeats = level.repeats;
   bool decided = false;
   if (campaign.tracker) {
-    require_positive(*campaign.tracker);
+    require_positive(*campaign.tracker, measured);
     level.sigma = *campaign.tracker;
     decided = repeats && repeats->degrees_of_freedom >= kEnoughRepeats;
   } else if (repeats) {
-    require_positive(repeats->sigma);
+    require_positive(repeats->sigma, measured);
     level.sigma = repeats->sigma;
     level.source = NoiseLevel::Source::repeats;
     level.degrees_of_freedom = repeats->degrees_of_freedom;
@@ -202,8 +216,9 @@ NoiseLevel noise_level(const Campaign& campaign) {
     level.degrees_of_freedom = repeats->degrees_of_freedom;
   };
   if (decided) {
-    settle(&TrackerSigma::xy_mm, 2 * repeats->degrees_of_freedom);
-    settle(&TrackerSigma::phi_rad, repeats->degrees_of_freedom);
+    if (repeats->n_xy > 0)
+      settle(&TrackerSigma::xy_mm, repeats->n_xy * repeats->degrees_of_freedom);
+    if (measured[2]) settle(&TrackerSigma::phi_rad, repeats->degrees_of_freedom);
   }
   level.words = words_of(level, decided);
   return level;

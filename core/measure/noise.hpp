@@ -6,24 +6,28 @@
 #include <string>
 
 #include "core/measure/reading.hpp"
+#include "core/mechanism/machine.hpp"
 
 namespace trammel {
 
 /// Sigmas pooled over groups of repeats: readings of one command, approach, epoch and temperature.
 struct PooledNoise {
   TrackerSigma sigma = {};
-  int degrees_of_freedom = 0;  // of phi; x and y together have twice as many
+  int degrees_of_freedom = 0;  // of one coordinate
   int groups = 0;
   int groups_left_out = 0;  // that scatter beyond the others: a bad reading is in them
+  int n_xy = 2;             // of x and y, how many are measured: xy has so many times the degrees
 };
 
 /// Pooled standard deviation of repeated readings; nothing when no pose was measured twice.
 ///   sigma^2 = sum_g sum_j (x_gj - mean_g)^2 / sum_g (n_g - 1),   x and y pooled
+/// over the coordinates that are measured; 0 for what is not.
 /// A group whose own variance is beyond that of all the others (F, kFalseGroup over all groups) is
 /// left out. Readings with no move before them have the tracker's scatter, not the robot's: they
 /// count only where no pose was approached twice. Proof: recovers the sigma that was put in; a
 /// single repeat counts one (repeat_noise_test.cpp).
-std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings);
+std::optional<PooledNoise> pooled_noise(std::span<const Reading> readings,
+                                        const Coordinates& measured = {true, true, true});
 inline constexpr double kFalseGroup = 0.001;
 
 /// Degrees of freedom from which repeats may overrule what is stated: their sigma is then known to

@@ -39,7 +39,12 @@ constexpr ChainKind kind_by(std::string_view name) {
           .parameters = Formula::parameters,
           .closure = closure_by_duals<Formula>,
           .drive = Formula::drive,
-          .fault = Formula::fault};
+          .fault = Formula::fault,
+          .drive_word = Formula::drive_word,
+          .zero = Formula::zero,
+          .offset = Formula::offset,
+          .on_guide = Formula::on_guide,
+          .second_order = Formula::second_order};
 }
 
 }  // namespace trammel

@@ -49,6 +49,12 @@ struct ChainMotion {
   std::optional<Moving> angle;  // rad: of the link or cylinder against X, where the kind has one
 };
 
+/// Where a joint stands on a passive guide.
+struct OnGuide {
+  double along_mm = 0;  // u_gamma . C
+  double lever_mm = 0;  // u_gamma . (C - (q + l) u_alpha): from the driven slider
+};
+
 struct ChainKind {
   std::string_view name;
   std::span<const ChainParameter> parameters;
@@ -58,6 +64,16 @@ struct ChainKind {
   std::optional<ChainMotion> (*drive)(const ChainValues& p, const MovingPose& X);
   /// What is wrong with values that are each in range, as "what: expected"; else nothing.
   std::optional<std::string_view> (*fault)(const ChainValues& p);
+  std::string_view drive_word;  // "rail", "axis", "cylinder"
+  /// Places of the drive's zero, which adds to q, and of the offset across the guide where there is
+  /// one: of a PRR its rail's, of a PPR its passive guide's.
+  std::size_t zero = 0;
+  std::optional<std::size_t> offset;
+  /// Null where the guide is the driven rail itself, or there is none.
+  OnGuide (*on_guide)(const ChainValues& p, double q_mm, const Pose& X);
+  /// Whether a tolerance of a parameter does less at first order than at second, at these values:
+  /// no fit moves it. Null: every parameter acts at first order.
+  bool (*second_order)(const ChainValues& p, std::size_t place);
 };
 
 /// One file a kind; its closure is written there as a formula and nowhere else. Proof of all:

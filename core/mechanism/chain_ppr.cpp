@@ -9,6 +9,9 @@ namespace {
 
 ///   f = n_gamma . C - c - (q + l) (n_gamma . u_alpha),   n_gamma = (-sin, cos)(gamma)
 struct Ppr {
+  static constexpr std::string_view drive_word = "axis";
+  static constexpr std::size_t zero = 2;
+  static constexpr std::optional<std::size_t> offset = 3;
   static constexpr std::array<ChainParameter, 6> parameters = {{
       {.symbol = "alpha", .field = "alpha_deg"},
       {.symbol = "gamma", .field = "gamma_deg"},
@@ -42,6 +45,19 @@ struct Ppr {
 
   /// n_gamma . u_alpha = sin(alpha - gamma)
   static double across_drive(double alpha, double gamma) { return std::sin(alpha - gamma); }
+
+  static OnGuide on_guide(const ChainValues& p, double q, const Pose& X) {
+    const auto& [alpha, gamma, l, c, r, beta, unused] = p;
+    const std::array<double, 2> C = platform_joint<double>(r, beta, {X.x_mm, X.y_mm, X.phi_rad});
+    const double along = C[0] * std::cos(gamma) + C[1] * std::sin(gamma);
+    return {along, along - (q + l) * std::cos(alpha - gamma)};
+  }
+
+  /// f_alpha = -(q + l) cos(alpha - gamma): a tolerance t moves the joint by cos(alpha - gamma) t
+  /// of q at first order, and by t^2 / 2 at second. What it then does is a lead's error.
+  static bool second_order(const ChainValues& p, std::size_t place) {
+    return place == 0 && std::abs(std::cos(p[0] - p[1])) < parameters[0].tolerance() / 2;
+  }
 
   static std::optional<std::string_view> fault(const ChainValues& p) {
     // As a machine's singular poses: a guide within 1e-6 rad of its drive moves the platform by

@@ -8,6 +8,11 @@ namespace {
 
 ///   f = |C - B| - S,   B = (q + l - R) u + h n,   u = (cos, sin)(alpha),  n = (-sin, cos)(alpha)
 struct Prr {
+  static constexpr std::string_view drive_word = "rail";
+  static constexpr std::size_t zero = 4;
+  static constexpr std::optional<std::size_t> offset = 6;
+  static constexpr OnGuide (*on_guide)(const ChainValues&, double, const Pose&) = nullptr;
+  static constexpr bool (*second_order)(const ChainValues&, std::size_t) = nullptr;
   static constexpr std::array<ChainParameter, 7> parameters = {{
       {.symbol = "alpha", .field = "alpha_deg"},
       {.symbol = "beta", .field = "beta_deg", .platform = true},

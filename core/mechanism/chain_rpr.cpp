@@ -8,6 +8,11 @@ namespace {
 
 ///   f = |C - A| - (q + l)
 struct Rpr {
+  static constexpr std::string_view drive_word = "cylinder";
+  static constexpr std::size_t zero = 2;
+  static constexpr std::optional<std::size_t> offset = {};
+  static constexpr OnGuide (*on_guide)(const ChainValues&, double, const Pose&) = nullptr;
+  static constexpr bool (*second_order)(const ChainValues&, std::size_t) = nullptr;
   static constexpr std::array<ChainParameter, 5> parameters = {{
       {.symbol = "Ax", .field = "Ax_mm"},
       {.symbol = "Ay", .field = "Ay_mm"},

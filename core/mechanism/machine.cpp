@@ -95,6 +95,50 @@ const std::vector<MachineParameter>& parameters_of(const MachineKind& kind) {
   return kLists[static_cast<std::size_t>(&kind - kMachineKinds.data())];
 }
 
+const ChainColumns& chain_columns(const MachineKind& kind) {
+  static const auto kColumns = [] {
+    std::array<ChainColumns, kMachineKinds.size()> columns;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const ChainKind& chain = *kMachineKinds[k].chain;
+      const auto& parameters = parameters_of(kMachineKinds[k]);
+      for (std::size_t j = 0; j < parameters.size(); ++j) {
+        const auto i = static_cast<std::size_t>(parameters[j].chain);
+        if (parameters[j].place == chain.zero) columns[k].zero[i] = static_cast<int>(j);
+        if (parameters[j].place == chain.offset) columns[k].offset[i] = static_cast<int>(j);
+      }
+    }
+    return columns;
+  }();
+  return kColumns[static_cast<std::size_t>(&kind - kMachineKinds.data())];
+}
+
+namespace {
+
+std::string axis_along(double angle_rad) {
+  return std::abs(std::cos(angle_rad)) >= std::abs(std::sin(angle_rad)) ? "x axis" : "y axis";
+}
+
+}  // namespace
+
+std::string drives_name(const MachineKind& kind) {
+  return kind.chain->drive_word == "axis" ? "axes" : std::string(kind.chain->drive_word) + "s";
+}
+
+std::string drive_name(const Machine& machine, int chain) {
+  if (machine.kind->has_point_platform()) {
+    return axis_along(machine.chains[static_cast<std::size_t>(chain)][0]);
+  }
+  return std::string(machine.kind->chain->drive_word) + " " + std::to_string(chain + 1);
+}
+
+std::string guide_name(const Machine& machine, int chain) {
+  if (machine.kind->has_point_platform()) {
+    return axis_along(machine.chains[static_cast<std::size_t>(chain)][1]);
+  }
+  return machine.kind->chain == &kPrrChain ? drive_name(machine, chain)
+                                           : "guide " + std::to_string(chain + 1);
+}
+
 void validate(const Machine& machine) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(machine.kind->n_chains); ++i) {
     validate_chain(*machine.kind, machine.chains[i], numbered("chains", i));
@@ -166,11 +210,8 @@ Machine starting_machine(std::string_view name) {
 Machine machine_of(const Mechanism& mechanism) {
   Machine machine{
       .kind = &kMachineKinds[0], .home = mechanism.home, .measured = {true, true, true}};
-  for (std::size_t i = 0; i < kChains; ++i) {
-    const Chain& c = mechanism.geometry.chains[i];
-    machine.chains[i] = {c.alpha_rad, c.beta_rad, c.r_mm, c.S_mm, c.l_zero_mm, c.R_mm, c.h_mm};
-    machine.drives[i] = {mechanism.screw_lead_mm, mechanism.limits};
-  }
+  set_geometry(machine, mechanism.geometry);
+  machine.drives.fill({mechanism.screw_lead_mm, mechanism.limits});
   return machine;
 }
 
@@ -194,6 +235,23 @@ Mechanism mechanism_of(const Machine& machine) {
           .screw_lead_mm = drive.lead_mm,
           .home = machine.home,
           .limits = drive.limits};
+}
+
+Geometry geometry_of(const Machine& machine) {
+  TRAMMEL_ASSERT(machine.kind->chain == &kPrrChain);
+  Geometry geometry;
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const ChainValues& p = machine.chains[i];
+    geometry.chains[i] = {p[0], p[1], p[2], p[3], p[4], p[5], p[6]};
+  }
+  return geometry;
+}
+
+void set_geometry(Machine& machine, const Geometry& geometry) {
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const Chain& c = geometry.chains[i];
+    machine.chains[i] = {c.alpha_rad, c.beta_rad, c.r_mm, c.S_mm, c.l_zero_mm, c.R_mm, c.h_mm};
+  }
 }
 
 }  // namespace trammel

@@ -69,6 +69,20 @@ struct MachineParameter {
 /// the order of geometry_parameters().
 const std::vector<MachineParameter>& parameters_of(const MachineKind& kind);
 
+/// Places in parameters_of(kind) of what moves each chain as its drive does, and across its guide;
+/// -1: there is none.
+struct ChainColumns {
+  std::array<int, kChains> zero = {-1, -1, -1}, offset = {-1, -1, -1};
+};
+const ChainColumns& chain_columns(const MachineKind& kind);
+
+/// "rails", "axes", "cylinders"
+std::string drives_name(const MachineKind& kind);
+/// "rail 2"; of a point platform by the direction of its drive: "x axis".
+std::string drive_name(const Machine& machine, int chain);
+/// Of the guide across which the chain holds the platform: "rail 2", "guide 2", "y axis".
+std::string guide_name(const Machine& machine, int chain);
+
 /// Throws InputError that names the first field which is not finite, or out of its range, and a
 /// home that is singular ("chains[1].r_mm", "drives[0].lead_mm", "home").
 void validate(const Machine& machine);
@@ -81,5 +95,8 @@ Machine starting_machine(std::string_view kind);
 /// InputError for another kind, and for drives whose leads or limits differ.
 Machine machine_of(const Mechanism& mechanism);
 Mechanism mechanism_of(const Machine& machine);
+/// Of the parameters alone. Precondition: the machine is a 3-PRR.
+Geometry geometry_of(const Machine& machine);
+void set_geometry(Machine& machine, const Geometry& geometry);
 
 }  // namespace trammel

@@ -11,16 +11,6 @@
 
 namespace trammel {
 
-Geometry geometry_of(const Machine& machine) {
-  TRAMMEL_ASSERT(machine.kind->chain == &kPrrChain);
-  Geometry geometry;
-  for (std::size_t i = 0; i < kChains; ++i) {
-    const ChainValues& p = machine.chains[i];
-    geometry.chains[i] = {p[0], p[1], p[2], p[3], p[4], p[5], p[6]};
-  }
-  return geometry;
-}
-
 MachineSolver::MachineSolver(const Machine& machine)
     : machine_(machine), is_prr_(machine.kind->chain == &kPrrChain) {
   if (!is_prr_) return;

@@ -11,9 +11,6 @@
 
 namespace trammel {
 
-/// The parameters of a 3-PRR, whatever its drives. Precondition: it is one.
-Geometry geometry_of(const Machine& machine);
-
 /// Proof of all: the kernels' bits for a 3-PRR, and drives -> pose -> drives for every kind
 /// (machine_solver_test.cpp).
 class MachineSolver {

@@ -6,9 +6,10 @@
 namespace trammel {
 
 std::span<const Effect> effect_catalogue() {
-  static const std::vector<Effect> all = {
-      lead_scale(),     lead_curvature(), screw_periodic(), backlash(),      thermal_growth(),
-      axis_crosstalk(), platform_load(),  guide_bow(),      tracker_drift(), tracker_scale()};
+  static const std::vector<Effect> all = {lead_scale(),    lead_curvature(), screw_periodic(),
+                                          backlash(),      thermal_growth(), axis_crosstalk(),
+                                          platform_load(), guide_bow(),      guide_yaw(),
+                                          tracker_drift(), tracker_scale()};
   return all;
 }
 
@@ -23,12 +24,40 @@ const Effect& find_effect(const std::string& name) {
 }
 
 std::vector<EffectParameter> one_per_rail(const std::string& letter, const std::string& unit,
-                                          double usual_max) {
+                                          double usual_max, On on) {
   std::vector<EffectParameter> parameters;
   for (int rail = 0; rail < kChains; ++rail) {
     parameters.push_back({letter + "_" + std::to_string(rail + 1), unit, rail, usual_max});
+    parameters.back().on = on;
   }
   return parameters;
+}
+
+bool exists(const Effect& effect, int k, const Machine& machine) {
+  const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
+  const MachineKind& kind = *machine.kind;
+  if (p.rail >= kind.n_chains) return false;
+  switch (p.on) {
+    case On::drive:
+    case On::reading:
+      return true;
+    case On::guide:
+      return kind.chain->offset && kind.n_chains > 1;
+    case On::passive:
+      return kind.chain->on_guide != nullptr && kind.n_chains > 1;
+    case On::platform:
+      return !kind.has_point_platform();
+    case On::coordinate:
+      return machine.measured[static_cast<std::size_t>(k)];
+  }
+  return false;
+}
+
+bool exists(const Effect& effect, const Machine& machine) {
+  for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
+    if (exists(effect, k, machine)) return true;
+  }
+  return false;
 }
 
 Deviation& Deviation::operator+=(const Deviation& other) {
@@ -40,6 +69,27 @@ Deviation& Deviation::operator+=(const Deviation& other) {
 
 Deviation operator*(double factor, const Deviation& d) {
   return {factor * d.dl_mm, factor * d.dh_mm, factor * d.dX};
+}
+
+std::string sentence_of(const Effect& effect, const Machine& machine,
+                        const std::vector<int>& rails) {
+  const On on = effect.parameters.front().on;
+  if (!machine.kind->has_point_platform() || (on != On::guide && on != On::passive)) {
+    return effect.sentence;
+  }
+  std::string all;
+  for (const int rail : rails) {
+    const std::string guide = guide_name(machine, rail), drive = drive_name(machine, rail);
+    const char along = guide.front(), across = drive.front();
+    all += all.empty() ? "the " : "; the ";
+    if (on == On::guide) {
+      all += guide + " is bent: " + across + " errs with the square of " + along;
+    } else {
+      all += drive + " yaws as it travels: " + across + " errs with " + across + " times " + along +
+             ", the lever arm (Abbe)";
+    }
+  }
+  return all;
 }
 
 std::string to_string(Need need) {

@@ -9,26 +9,32 @@
 #include <string>
 #include <vector>
 
-#include "core/mechanism/geometry.hpp"
+#include "core/mechanism/machine.hpp"
 #include "core/mechanism/pose.hpp"
 
 namespace trammel {
 
 /// Under what an effect acts at one reading.
 struct Moment {
-  Displacements l_mm = {};         // commanded
-  Displacements s_mm = {};         // l - l(home)
-  Eigen::Vector3d direction = {};  // sign(cmd - from) per rail: -1, 0, 1
-  Displacements travel_mm = {};    // cmd - from
+  Displacements l_mm = Displacements::Zero();  // commanded
+  Displacements s_mm = Displacements::Zero();  // l - l(home)
+  Displacements guide_mm =
+      Displacements::Zero();  // along the guide from home: s of a PRR, of a PPR along gamma
+  Displacements lever_mm =
+      Displacements::Zero();  // along a passive guide, from its drive to the platform's joint
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // sign(cmd - from) per rail: -1, 0, 1
+  Displacements travel_mm = Displacements::Zero();      // cmd - from
   std::optional<double> temp_degc = {};
-  std::optional<double> time_h = {};  // since the campaign's start
-  Pose pose = {};                     // where the geometry alone puts the platform
-  Eigen::Matrix3d J_V = {};           // dX/dl at that pose
-  Eigen::Vector3d theta_rad = {};     // link angles at that pose
-  double screw_lead_mm = 10;
+  std::optional<double> time_h = {};              // since the campaign's start
+  Pose pose = {};                                 // where the geometry alone puts the platform
+  Eigen::Matrix3d J_V = Eigen::Matrix3d::Zero();  // dX/dl at that pose
+  Eigen::Vector3d theta_rad = Eigen::Vector3d::Zero();  // link or cylinder angles at that pose
+  Eigen::Vector3d lead_mm = Eigen::Vector3d::Zero();    // of each drive's screw
+  bool turns_with_axes = false;  // phi is no coordinate: a parasitic angle of the axes
 };
 
-/// What one effect changes at one reading: displacements, rail offsets, and the reading itself.
+/// What one effect changes at one reading: displacements, the offsets across guides (a PRR's rail,
+/// a PPR's passive guide), and the reading itself. What a machine has not follows nothing.
 struct Deviation {
   Eigen::Vector3d dl_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d dh_mm = Eigen::Vector3d::Zero();
@@ -42,6 +48,16 @@ Deviation operator*(double factor, const Deviation& deviation);
 enum class Need { travel, direction, temperature, time, orientation };
 std::string to_string(Need need);
 
+/// On what a parameter acts: it exists on the machines that have it.
+enum class On {
+  drive,       // every machine
+  guide,       // a rail of a PRR, a passive guide of a PPR along which the platform travels
+  passive,     // a passive guide of a PPR along which the platform travels
+  platform,    // a platform with joints: on a point the same is geometry
+  reading,     // every machine
+  coordinate,  // x, y, phi in turn: where it is measured
+};
+
 struct EffectParameter {
   std::string name;  // as in the report: "k_1"
   std::string unit;
@@ -50,6 +66,7 @@ struct EffectParameter {
   double usual_min =
       -std::numeric_limits<double>::infinity();  // replaced by -usual_max when not stated
   bool joined = false;  // enters and leaves a model with the parameter before it
+  On on = On::drive;
   [[nodiscard]] double low() const { return usual_min < -usual_max ? -usual_max : usual_min; }
 };
 
@@ -62,6 +79,17 @@ struct Effect {
   /// moments that have what `needs` lists.
   Deviation (*basis)(const Moment& moment, int k) = nullptr;
 };
+
+/// Whether the machine has what parameter `k` acts on. Proof:
+/// tests/core/model/effects_of_machines_test.cpp.
+bool exists(const Effect& effect, int k, const Machine& machine);
+bool exists(const Effect& effect, const Machine& machine);
+
+/// What the effect does on these drives or guides (from 0), in the machine's words: "the x axis is
+/// bent: y errs with the square of x"; of most machines the effect's own sentence. Proof: as
+/// exists().
+std::string sentence_of(const Effect& effect, const Machine& machine,
+                        const std::vector<int>& rails);
 
 /// All effects, in the order of reports. `name` is unique.
 std::span<const Effect> effect_catalogue();
@@ -78,11 +106,12 @@ Effect thermal_growth();
 Effect axis_crosstalk();
 Effect platform_load();
 Effect guide_bow();
+Effect guide_yaw();
 Effect tracker_drift();
 Effect tracker_scale();
 
 /// One parameter a rail: "k_1", "k_2", "k_3".
 std::vector<EffectParameter> one_per_rail(const std::string& letter, const std::string& unit,
-                                          double usual_max);
+                                          double usual_max, On on = On::drive);
 
 }  // namespace trammel

@@ -2,29 +2,71 @@
 
 #include <cmath>
 
-#include "core/mechanism/velocity.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
 
 namespace {
 
-Moment conditions_of(const RobotModel& model, const Conditions& at) {
+/// Along each passive guide, by the nominal chains.
+void stand_on_guides(const Machine& nominal, const Displacements& home_mm, Moment& m) {
+  const ChainKind& chain = *nominal.kind->chain;
+  if (chain.on_guide == nullptr) {
+    m.guide_mm = m.s_mm;
+    return;
+  }
+  for (int i = 0; i < nominal.kind->n_chains; ++i) {
+    const ChainValues& p = nominal.chains[static_cast<std::size_t>(i)];
+    const OnGuide here = chain.on_guide(p, m.l_mm[i], m.pose);
+    m.guide_mm[i] = here.along_mm - chain.on_guide(p, home_mm[i], nominal.home).along_mm;
+    m.lever_mm[i] = here.lever_mm;
+  }
+}
+
+Moment moment_under(const RobotModel& model, const Conditions& at, const MachineAt& found) {
   Moment m;
   m.l_mm = at.cmd_mm;
-  m.s_mm = at.cmd_mm - inverse(model.mechanism.geometry, model.mechanism.home).l_mm;
+  const Displacements home_mm = drives_of(model.nominal, model.nominal.home);
+  m.s_mm = at.cmd_mm - home_mm;
   m.travel_mm = at.cmd_mm - at.from_mm;
   m.direction = directions_of(m.travel_mm);
   m.temp_degc = at.temp_degc;
   if (at.time_s) m.time_h = *at.time_s / kSecondsPerHour;
-  m.screw_lead_mm = model.mechanism.screw_lead_mm;
+  for (std::size_t i = 0; i < kChains; ++i) {
+    m.lead_mm[static_cast<Eigen::Index>(i)] = model.nominal.drives[i].lead_mm;
+  }
+  m.turns_with_axes = model.nominal.kind->has_point_platform();
+  m.pose = found.pose;
+  m.theta_rad = found.angle_rad;
+  m.J_V = found.J_V;
+  stand_on_guides(model.nominal, home_mm, m);
   return m;
+}
+
+Prediction moment_at(const MachineSolver& solver, const RobotModel& model,
+                     const Conditions& conditions) {
+  const MachineKind& kind = *model.nominal.kind;
+  Prediction result;
+  result.columns = &chain_columns(kind);
+  result.J_e = ParameterColumns::Zero(3, std::ssize(parameters_of(kind)));
+  const EpochShift shift = shift_of(model.epochs, conditions.epoch);
+  const MachineAt at = solver.at(conditions.cmd_mm + shift.l_zero_mm, model.nominal.home, true);
+  result.status = at.status;
+  if (!at.ok()) return result;
+  result.pose = at.pose;
+  result.moment = moment_under(model, conditions, at);
+  result.J_e = at.J_e;
+  return result;
 }
 
 }  // namespace
 
+RobotModel nominal_model(const Machine& machine) {
+  return {.nominal = machine, .machine = machine, .epochs = {}, .effects = {}};
+}
+
 RobotModel nominal_model(const Mechanism& mechanism) {
-  return {.mechanism = mechanism, .geometry = mechanism.geometry, .epochs = {}, .effects = {}};
+  return nominal_model(machine_of(mechanism));
 }
 
 bool recorded(const Effect& effect, const Moment& moment) {
@@ -35,34 +77,13 @@ bool recorded(const Effect& effect, const Moment& moment) {
   return true;
 }
 
-namespace {
-
-Prediction moment_at(const RailFrames& rails, const RobotModel& model,
-                     const Conditions& conditions) {
-  Prediction result;
-  const EpochShift shift = shift_of(model.epochs, conditions.epoch);
-  const Displacements l_mm = conditions.cmd_mm + shift.l_zero_mm;
-  const ForwardResult at = forward(rails, l_mm, model.mechanism.home);
-  result.status = at.status;
-  if (!at.ok()) return result;
-  result.pose = at.pose;
-  result.moment = conditions_of(model, conditions);
-  result.moment.pose = at.pose;
-  result.moment.theta_rad = link_angles_rad(rails, at.at);
-  result.moment.J_V = velocity_jacobian(velocity_equation(rails, at.at));
-  result.J_e = error_jacobian(rails, at.at);
-  return result;
-}
-
-}  // namespace
-
 Prediction moment_of(const RobotModel& model, const Conditions& conditions) {
-  return moment_at(rail_frames(model.geometry), model, conditions);
+  return moment_at(MachineSolver(model.machine), model, conditions);
 }
 
 Prediction predict(const RobotModel& model, const Conditions& conditions) {
-  RailFrames rails = rail_frames(model.geometry);
-  Prediction result = moment_at(rails, model, conditions);
+  MachineSolver solver(model.machine);
+  Prediction result = moment_at(solver, model, conditions);
   if (!result.ok()) return result;
   Deviation sum;
   for (const ActiveEffect& active : model.effects) {
@@ -73,13 +94,13 @@ Prediction predict(const RobotModel& model, const Conditions& conditions) {
   }
   const EpochShift shift = shift_of(model.epochs, conditions.epoch);
   if (!model.effects.empty()) {
-    for (int i = 0; i < kChains; ++i) rails.h_mm[static_cast<std::size_t>(i)] += sum.dh_mm[i];
-    const ForwardResult at =
-        forward(rails, conditions.cmd_mm + shift.l_zero_mm + sum.dl_mm, result.pose);
+    solver.move_guides(sum.dh_mm);
+    const MachineAt at =
+        solver.at(conditions.cmd_mm + shift.l_zero_mm + sum.dl_mm, result.pose, false);
     result.status = at.status;
     if (!at.ok()) return result;
     result.pose = at.pose;
-    result.J_e = error_jacobian(rails, at.at);
+    result.J_e = at.J_e;
   }
   result.pose = Pose::from(in_frame(shift.frame, result.pose).vector() + sum.dX);
   return result;
@@ -88,7 +109,12 @@ Prediction predict(const RobotModel& model, const Conditions& conditions) {
 Eigen::Vector3d response(const Prediction& at, const Deviation& d) {
   Eigen::Vector3d dX = d.dX;
   for (int i = 0; i < kChains; ++i) {
-    dX += at.J_e.col(6 * i + 4) * d.dl_mm[i] + at.J_e.col(kPaperParameters + i) * d.dh_mm[i];
+    const auto chain = static_cast<std::size_t>(i);
+    const int zero = at.columns->zero[chain], offset = at.columns->offset[chain];
+    if (zero < 0) continue;
+    Eigen::Vector3d follows = at.J_e.col(zero) * d.dl_mm[i];
+    if (offset >= 0) follows += at.J_e.col(offset) * d.dh_mm[i];
+    dX += follows;
   }
   return dX;
 }

@@ -6,8 +6,7 @@
 
 #include "core/measure/epochs.hpp"
 #include "core/measure/reading.hpp"
-#include "core/mechanism/error_model.hpp"
-#include "core/mechanism/forward.hpp"
+#include "core/mechanism/machine_at.hpp"
 #include "core/model/effect.hpp"
 
 namespace trammel {
@@ -20,19 +19,25 @@ struct ActiveEffect {
 };
 
 struct RobotModel {
-  Mechanism mechanism;               // nominal: home, lead and limits are read from it
-  Geometry geometry;                 // identified
+  Machine nominal;                   // home and leads are read from it
+  Machine machine;                   // the same with identified parameters
   std::map<int, EpochShift> epochs;  // an epoch that is not listed has no shift
   std::vector<ActiveEffect> effects;
+
+  /// Of a 3-PRR.
+  [[nodiscard]] Mechanism mechanism() const { return mechanism_of(nominal); }
+  [[nodiscard]] Geometry geometry() const { return geometry_of(machine); }
 };
 
+RobotModel nominal_model(const Machine& machine);
 RobotModel nominal_model(const Mechanism& mechanism);
 
 struct [[nodiscard]] Prediction {
   ForwardResult::Status status = ForwardResult::Status::not_converged;
-  Pose pose;          // ok only: what the tracker would read without noise
-  Moment moment;      // ok only: under what the effects acted
-  ErrorJacobian J_e;  // ok only: at the pose, filled when derivatives are asked for
+  Pose pose;                              // ok only: what the tracker would read without noise
+  Moment moment;                          // ok only: under what the effects acted
+  ParameterColumns J_e;                   // ok only: at the pose
+  const ChainColumns* columns = nullptr;  // of J_e
   [[nodiscard]] bool ok() const { return status == ForwardResult::Status::ok; }
 };
 

@@ -49,7 +49,7 @@ constexpr Axis kTravel = {"travel from home [mm]",
                           [](const Reading&, const Moment& m, int i) { return m.s_mm[i]; }};
 constexpr Axis kTurn = {"place within one turn of the screw [mm]",
                         [](const Reading&, const Moment& m, int i) {
-                          const double lead = m.screw_lead_mm;
+                          const double lead = m.lead_mm[i];
                           return m.l_mm[i] - lead * std::floor(m.l_mm[i] / lead);
                         }};
 constexpr Axis kDirection = {"direction of approach (-1, 0, 1)",

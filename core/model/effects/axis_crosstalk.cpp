@@ -17,6 +17,7 @@ Effect axis_crosstalk() {
   for (const Pair& p : kPairs) {
     parameters.push_back(
         {"m_" + std::to_string(p.to + 1) + std::to_string(p.from + 1), "1", p.to, 5e-3});
+    parameters.back().on = On::platform;
   }
   return {
       .name = "axis_crosstalk",

@@ -9,9 +9,10 @@ Effect platform_load() {
               "drives yielding to a constant force or torque on the platform: payload, hose, tilt "
               "of the table",
           .needs = {Need::travel},
-          .parameters = {{"fx", "mm", -1, 1.0},
-                         {.name = "fy", .unit = "mm", .usual_max = 1.0, .joined = true},
-                         {"m", "mm^2", -1, 100.0}},
+          .parameters =
+              {{.name = "fx", .unit = "mm", .usual_max = 1, .on = On::platform},
+               {.name = "fy", .unit = "mm", .usual_max = 1, .joined = true, .on = On::platform},
+               {.name = "m", .unit = "mm^2", .usual_max = 100, .on = On::platform}},
           .basis = [](const Moment& moment, int k) {
             Deviation d;
             d.dl_mm = moment.J_V.row(k).transpose();

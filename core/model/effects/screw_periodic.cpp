@@ -21,7 +21,7 @@ Effect screw_periodic() {
       .parameters = parameters,
       .basis = [](const Moment& m, int k) {
         const int rail = k / 2;
-        const double turn = 2 * kPi * m.l_mm[rail] / m.screw_lead_mm;
+        const double turn = 2 * kPi * m.l_mm[rail] / m.lead_mm[rail];
         Deviation d;
         d.dl_mm[rail] = k % 2 == 0 ? std::sin(turn) : std::cos(turn);
         return d;

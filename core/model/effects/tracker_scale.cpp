@@ -9,7 +9,7 @@ Effect tracker_scale() {
               "the tracker's millimetre is not the machine's: wavelength, refraction, or its scale "
               "factor",
           .needs = {Need::travel},
-          .parameters = {{"m", "1", -1, 2e-4}},
+          .parameters = {{.name = "m", .unit = "1", .usual_max = 2e-4, .on = On::reading}},
           .basis = [](const Moment& moment, int) {
             Deviation d;
             d.dX << moment.pose.x_mm, moment.pose.y_mm, 0;

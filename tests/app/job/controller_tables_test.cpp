@@ -20,7 +20,7 @@ RobotModel wrong_drives() {
 }
 
 ControllerTables tables_for(const RobotModel& robot) {
-  return controller_tables(ModelCorrection{robot}, robot.mechanism, {}, 5);
+  return controller_tables(ModelCorrection{robot}, robot.mechanism(), {}, 5);
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ TEST_CASE("the tables bring a robot of wrong drives to its targets", "[job]") {
   for (const int direction : {1, -1}) {
     const Pose target{37, -61, rad_from_deg(0)};
     Conditions conditions;
-    const Displacements l_mm = inverse(robot.mechanism.geometry, target).l_mm;
+    const Displacements l_mm = inverse(geometry_of(robot.nominal), target).l_mm;
     for (int i = 0; i < kChains; ++i) {
       const DriveTables& d = tables.drives[static_cast<std::size_t>(i)];
       conditions.cmd_mm[i] = l_mm[i] + (direction > 0 ? d.forward : d.reverse).at(l_mm[i]);
@@ -63,7 +63,7 @@ TEST_CASE("the tables bring a robot of wrong drives to its targets", "[job]") {
 
 TEST_CASE("what depends on other rails is left, and said", "[job]") {
   RobotModel robot = wrong_drives();
-  robot.geometry.chains[1].alpha_rad += rad_from_deg(0.02);
+  robot.machine.chains[1][0] += rad_from_deg(0.02);
   const ControllerTables tables = tables_for(robot);
   CHECK(tables.drives[1].left.max_mm > 0.01);
   CHECK(tables.drives[1].grid.max_mm < tables.drives[1].left.max_mm);

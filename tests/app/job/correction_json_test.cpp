@@ -22,7 +22,7 @@ std::vector<JointSample> samples() {
 
 RobotModel model(Random& random) {
   RobotModel m = nominal_model(paper_mechanism());
-  m.geometry = tests::random_geometry(random);
+  set_geometry(m.machine, tests::random_geometry(random));
   m.epochs[2] = {.l_zero_mm = {0.1, 0.2, 0.3}, .frame = {0.01, 0.02, 1e-4}};
   m.effects = {{&find_effect("lead_scale"), Eigen::Vector3d(3e-3, 2e-3, 0)},
                {&find_effect("backlash"), Eigen::Vector3d(0.08, 0.07, 0.09)}};

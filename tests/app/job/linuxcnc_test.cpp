@@ -147,7 +147,8 @@ TEST_CASE("LinuxCNC moves each motor as the correction says, from both sides", "
   robot.effects = {{&find_effect("lead_scale"), Eigen::Vector3d(0.0003, -0.0002, 0.0001)},
                    {&find_effect("lead_curvature"), Eigen::Vector3d(1e-6, 0, -2e-6)},
                    {&find_effect("backlash"), Eigen::Vector3d(0.08, 0, 0.02)}};
-  const ControllerTables tables = controller_tables(ModelCorrection{robot}, robot.mechanism, {}, 5);
+  const ControllerTables tables =
+      controller_tables(ModelCorrection{robot}, robot.mechanism(), {}, 5);
   const tests::TemporaryFolder folder;
   const auto files = linuxcnc_files(tables, "cnc");
   for (const ControllerFile& file : files) folder.write(file.name, file.text);

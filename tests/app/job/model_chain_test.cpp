@@ -38,7 +38,7 @@ TEST_CASE("each step of the chain has its own values and standard deviations, co
     for (const Json& p : step["geometry"]) with_std += p.contains("std") ? 1 : 0;
     CHECK(with_std >= 6);
     // every change is the step's own geometry less the nominal one
-    const GeometryVector values = to_vector(d.gap[k].robot.geometry);
+    const GeometryVector values = to_vector(d.gap[k].robot.geometry());
     for (int j = 0; j < kGeometryParameters; ++j) {
       const GeometryParameter& about = geometry_parameters()[static_cast<std::size_t>(j)];
       const double unit = about.is_angle ? 180 / 3.14159265358979323846 : 1;

@@ -17,7 +17,7 @@ namespace {
 
 RobotModel bent_robot() {
   RobotModel robot = nominal_model(paper_mechanism());
-  robot.geometry.chains[1].alpha_rad += rad_from_deg(0.02);
+  robot.machine.chains[1][0] += rad_from_deg(0.02);
   robot.effects = {{&find_effect("lead_scale"), Eigen::Vector3d(0.003, 0.002, 0.004)},
                    {&find_effect("backlash"), Eigen::Vector3d(0.08, 0, 0.1)},
                    {&find_effect("thermal_growth"), Eigen::Vector3d(1e-5, 0, 0)}};

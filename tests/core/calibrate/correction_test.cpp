@@ -79,7 +79,7 @@ TEST_CASE("readings predicted after are those of the robot sent through all corr
   // Steps of 0.2 mm beside corrections of 0.5 mm: most corrected commands lie on the other side of
   // where the uncorrected move began.
   RobotModel truth = nominal_model(paper_mechanism());
-  truth.geometry.chains[1].l_zero_mm = 0.5;
+  truth.machine.chains[1][4] = 0.5;
   truth.effects = {{&find_effect("backlash"), Eigen::Vector3d(0.1, 0.1, 0.1)}};
   std::vector<Reading> readings;
   Displacements at = inverse(paper_mechanism().geometry, Pose{}).l_mm;
@@ -112,9 +112,9 @@ TEST_CASE("readings predicted after are those of the robot sent through all corr
 TEST_CASE("in-sample after is the fit's own residual, epochs with their shifts", "[calibrate]") {
   Random random(48);
   RobotModel model = nominal_model(paper_mechanism());
-  model.geometry = random_geometry(random);
+  set_geometry(model.machine, random_geometry(random));
   model.epochs[2] = {{0.1, -0.2, 0.05}, {0.2, -0.1, rad_from_deg(0.02)}};
-  for (Reading r : measure(model.geometry, eighty_points(), random)) {
+  for (Reading r : measure(model.geometry(), eighty_points(), random)) {
     if (r.seq > 40) r.conditions.epoch = 2;
     const Pose expected = predict(model, r.conditions).pose;
     r.measured = Pose{expected.x_mm + 0.02, expected.y_mm - 0.01, expected.phi_rad + 1e-4};
@@ -146,7 +146,7 @@ TEST_CASE("with a physical model the command reads the target under the planned 
           "[calibrate]") {
   Random random(44);
   RobotModel model = nominal_model(paper_mechanism());
-  model.geometry = random_geometry(random);
+  set_geometry(model.machine, random_geometry(random));
   model.effects = {{&find_effect("lead_scale"), Eigen::Vector3d(3.2e-3, 2e-3, 4.1e-3)},
                    {&find_effect("backlash"), Eigen::Vector3d(0.08, 0.08, 0.08)},
                    {&find_effect("thermal_growth"), Eigen::Vector3d(1e-5, 1e-5, 1e-5)},
@@ -181,7 +181,7 @@ TEST_CASE("a move too short for its backlash still gets a command", "[calibrate]
 TEST_CASE("a hybrid takes out what its model leaves", "[calibrate]") {
   Random random(45);
   RobotModel truth = nominal_model(paper_mechanism());
-  truth.geometry = random_geometry(random);
+  set_geometry(truth.machine, random_geometry(random));
   truth.effects = {{&find_effect("lead_curvature"), Eigen::Vector3d(1e-5, -1e-5, 1e-5)}};
   RobotModel poorer = truth;  // lacks the curvature: a map of position can hold it
   poorer.effects.clear();

@@ -45,7 +45,7 @@ TEST_CASE("the complete base has rank 18 once orientation varies and 12 when it 
           "[calibrate]") {
   Random random(21);
   RobotModel truth = nominal_model(paper_mechanism());
-  truth.geometry = tests::random_geometry(random);
+  set_geometry(truth.machine, tests::random_geometry(random));
   const auto turned = fit_geometry(nominal_model(paper_mechanism()),
                                    readings_at(truth, {-4, 0, 4}, random), kSigma);
   CHECK(turned.identified.rank == 18);
@@ -60,7 +60,7 @@ TEST_CASE("poses nobody measured are predicted within their stated uncertainty",
   int count = 0;
   for (int trial = 0; trial < 20; ++trial) {
     RobotModel truth = nominal_model(paper_mechanism());
-    truth.geometry = tests::random_geometry(random, 2);
+    set_geometry(truth.machine, tests::random_geometry(random, 2));
     truth.epochs[2] = {{0.05, -0.1, 0.02}, {0.1, -0.05, rad_from_deg(0.02)}};
     const auto fit = fit_geometry(nominal_model(paper_mechanism()),
                                   readings_at(truth, {-4, 0, 4}, random), kSigma);
@@ -89,7 +89,7 @@ TEST_CASE("poses nobody measured are predicted within their stated uncertainty",
 TEST_CASE("a robot measured without noise is reproduced to a nanometre", "[calibrate]") {
   Random random(23);
   RobotModel truth = nominal_model(paper_mechanism());
-  truth.geometry = tests::random_geometry(random, 5);
+  set_geometry(truth.machine, tests::random_geometry(random, 5));
   const auto readings = readings_at(truth, {-4, 0, 4}, random, 0);
   const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   CHECK(fit.status == GeometryFit::Status::converged);
@@ -101,7 +101,7 @@ TEST_CASE("a robot measured without noise is reproduced to a nanometre", "[calib
 TEST_CASE("a fit run twice gives the same bits", "[calibrate]") {
   Random random(24);
   RobotModel truth = nominal_model(paper_mechanism());
-  truth.geometry = tests::random_geometry(random);
+  set_geometry(truth.machine, tests::random_geometry(random));
   const auto readings = readings_at(truth, {-4, 0, 4}, random);
   const auto once = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
   const auto twice = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
@@ -131,12 +131,12 @@ TEST_CASE("a robot up to 3 mm and 1 deg from nominal in every parameter is found
   int damped = 0;
   for (int trial = 0; trial < 40; ++trial) {
     RobotModel truth = nominal_model(paper_mechanism());
-    GeometryVector g = to_vector(truth.geometry);
+    GeometryVector g = to_vector(truth.geometry());
     for (int k = 0; k < kGeometryParameters; ++k) {
       const bool angle = geometry_parameters()[static_cast<std::size_t>(k)].is_angle;
       g[k] += angle ? rad_from_deg(random.uniform(-1, 1)) : random.uniform(-3, 3);
     }
-    truth.geometry = from_vector(g);
+    set_geometry(truth.machine, from_vector(g));
     const auto readings = readings_at(truth, {-4, 0, 4}, random);
     const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
     INFO("trial " << trial << ", " << fit.iterations << " steps");
@@ -164,19 +164,20 @@ TEST_CASE("where a whole Gauss-Newton step makes things worse, a damped one does
   int damped = 0, converged = 0;
   for (int trial = 0; trial < 30; ++trial) {
     RobotModel start = nominal_model(paper_mechanism());
-    GeometryVector g = to_vector(start.geometry);
+    GeometryVector g = to_vector(start.geometry());
     for (int k = 0; k < kGeometryParameters; ++k) {
       const bool angle = geometry_parameters()[static_cast<std::size_t>(k)].is_angle;
       g[k] += angle ? rad_from_deg(random.uniform(-8, 8)) : random.uniform(-40, 40);
     }
-    start.geometry = from_vector(g);
+    set_geometry(start.machine, from_vector(g));
     const auto readings = readings_at(nominal_model(paper_mechanism()), {-4, 0, 4}, random);
     if (!std::ranges::all_of(readings,
                              [&](const Reading& r) { return predict(start, r.conditions).ok(); })) {
       continue;
     }
     const double before =
-        whitened_system(start, readings, kSigma, base_parameters(readings)).residual.squaredNorm();
+        whitened_system(start, readings, kSigma, base_parameters(start.nominal, readings))
+            .residual.squaredNorm();
     const auto fit = fit_geometry(start, readings, kSigma, {.max_iterations = 200});
     CHECK(fit.chi2 <= before);
     damped += fit.damped;
@@ -192,7 +193,7 @@ TEST_CASE("a fit converges also where drives stretch in a way the geometry canno
   Random random(32);
   for (int trial = 0; trial < 6; ++trial) {
     RobotModel truth = nominal_model(paper_mechanism());
-    truth.geometry = tests::random_geometry(random);
+    set_geometry(truth.machine, tests::random_geometry(random));
     truth.effects.push_back({&find_effect("lead_scale"), Eigen::Vector3d(0.004, 0.0025, 0.005)});
     const auto fit =
         fit_geometry(nominal_model(paper_mechanism()), readings_at(truth, {0}, random), kSigma);
@@ -208,7 +209,7 @@ TEST_CASE("readings of a clean campaign are called outliers in 1 of 100 campaign
   int alarms = 0;
   for (int trial = 0; trial < 300; ++trial) {
     RobotModel truth = nominal_model(paper_mechanism());
-    truth.geometry = tests::random_geometry(random);
+    set_geometry(truth.machine, tests::random_geometry(random));
     const auto readings = readings_at(truth, {-4, 0, 4}, random);
     const auto fit = fit_geometry(nominal_model(paper_mechanism()), readings, kSigma);
     alarms += outlying_readings(fit, readings).empty() ? 0 : 1;
@@ -288,6 +289,6 @@ TEST_CASE("unusable input of a fit is refused in words", "[calibrate]") {
   Random random(26);
   const auto readings = readings_at(nominal_model(paper_mechanism()), {0}, random);
   CHECK_THROWS_AS(fit_geometry(nominal_model(paper_mechanism()), {}, kSigma), InputError);
-  CHECK_THROWS_WITH(fit_geometry(nominal_model(paper_mechanism()), readings, {0, 1}),
+  CHECK_THROWS_WITH(fit_geometry(nominal_model(paper_mechanism()), readings, TrackerSigma{0, 1}),
                     Contains("sigma"));
 }

@@ -26,7 +26,7 @@ std::vector<Reading> fitted(const HiddenCase& c) {
 
 BaseDistance distance_of(const HiddenCase& c, const std::vector<Reading>& readings) {
   return base_distance(
-      fit_geometry(nominal_model(mechanism_of(c.campaign.machine)), readings, *c.campaign.tracker));
+      fit_geometry(nominal_model(c.campaign.machine), readings, *c.campaign.tracker));
 }
 
 }  // namespace
@@ -55,8 +55,8 @@ TEST_CASE("a robot three times as badly built as stated is plausible, one thirty
   for (const auto& [times, implausible] : {std::pair{3.0, false}, {30.0, true}}) {
     HiddenCase c = hide({}, 0, 5);
     Random random = Random::stream(5, "machining");
-    const RobotModel built{.mechanism = mechanism_of(c.campaign.machine),
-                           .geometry = random_geometry(random, times)};
+    RobotModel built = nominal_model(c.campaign.machine);
+    set_geometry(built.machine, random_geometry(random, times));
     std::vector<Reading> readings = fitted(c);
     for (Reading& r : readings) {
       const Prediction at = predict(built, r.conditions);

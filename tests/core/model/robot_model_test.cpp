@@ -32,7 +32,7 @@ RobotModel with_effect(const std::string& name, const std::vector<double>& value
 Displacements seen_as_joint_error(const RobotModel& model, const Conditions& c) {
   const Prediction at = predict(model, c);
   REQUIRE(at.ok());
-  return inverse(model.mechanism.geometry, at.pose).l_mm - c.cmd_mm;
+  return inverse(geometry_of(model.nominal), at.pose).l_mm - c.cmd_mm;
 }
 
 const Pose kPose{40, -30, 0.03};
@@ -84,7 +84,7 @@ TEST_CASE("a platform load moves the drives by the transposed Jacobian", "[model
 TEST_CASE("a bent guide is a rail offset growing with the square of travel", "[model]") {
   const Prediction bent = predict(with_effect("guide_bow", {2e-5, 0, 0}), kConditions);
   RobotModel offset = nominal_model(paper_mechanism());
-  offset.geometry.chains[0].h_mm = 2e-5 * kTravel[0] * kTravel[0];
+  offset.machine.chains[0][6] = 2e-5 * kTravel[0] * kTravel[0];
   CHECK((bent.pose.vector() - predict(offset, kConditions).pose.vector()).cwiseAbs().maxCoeff() <
         1e-10);
 }
@@ -113,10 +113,11 @@ TEST_CASE("the derivative by every free parameter is the finite difference of th
           "[model]") {
   Random random(11);
   RobotModel model = nominal_model(paper_mechanism());
-  model.geometry = tests::random_geometry(random);
+  set_geometry(model.machine, tests::random_geometry(random));
   model.epochs[2] = {{0.1, -0.2, 0.05}, {0.1, 0.2, 0.001}};
   std::size_t of_effects = 0;
   for (const Effect& effect : effect_catalogue()) {
+    if (!exists(effect, model.nominal)) continue;
     of_effects += effect.parameters.size();
     Eigen::VectorXd v(static_cast<Eigen::Index>(effect.parameters.size()));
     for (Eigen::Index k = 0; k < v.size(); ++k) {
@@ -128,7 +129,7 @@ TEST_CASE("the derivative by every free parameter is the finite difference of th
   Reading first, second;
   first.conditions = second.conditions = kConditions;
   second.conditions.epoch = 2;
-  auto parameters = base_parameters({first, second});
+  auto parameters = base_parameters(model.nominal, {first, second});
   add_effect_parameters(parameters, model);
   REQUIRE(parameters.size() == 21 + 6 + of_effects);
   const Prediction at = predict(model, second.conditions);
