@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -21,10 +19,10 @@
 #include "app/files/machine_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/job/grid.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/session/plan_record.hpp"
-#include "core/plan/named.hpp"
 #include "core/plane/extent.hpp"
 #include "core/plane/hull.hpp"
 #include "core/units.hpp"
@@ -37,38 +35,19 @@ namespace {
 
 struct CreateOptions {
   std::function<bool(const char*)> given;  // an option stands on the line
-  std::string grid;
-  std::string name;  // default: the grid's
+  job::GridRequest grid;
   std::string out;
   bool dry_run = false;
-  std::optional<double> step_mm;
-  int count = 10;
-  double half_width_mm = 100;
   std::vector<double> within;  // low, high, mm
-  std::vector<double> centre_mm = {0, 0};
-  double radius_mm = 50;
-  std::optional<int> points;
-  std::vector<double> orientations_deg;
   std::vector<std::string> approaches = {"000"};
-  double approach_mm = 5;
-  int repeats = 1;
   std::string order = "listed";
-  int seed = 1;
   std::string set = "identify";
-  int references = 0;
   std::string mechanism;
-  double travel_mm = 50;
-  int targets = 11;
-  int runs = 5;
   std::string criterion = "D";
   std::string campaign;  // next-points: of its last diagnosis; else the bounds
   std::string job;       // next-points: of this diagnosis
   DesignOptions design = {.effects = {"lead_scale", "backlash"}};
 };
-
-constexpr double kStepMm = 10, kPaper48StepMm = 20, kOptimalStepMm = 20;
-constexpr int kCirclePoints = 72, kOptimalPoints = 40;
-const std::vector<double> kOptimalOrientationsDeg = {-5, 0, 5};
 
 struct FileOptions {
   std::string file;
@@ -88,16 +67,12 @@ Machine machine_at(const std::string& file) {
 struct Bounds {
   std::vector<Place> hull;         // none: anywhere
   std::optional<Machine> machine;  // none: not asked
-
-  [[nodiscard]] bool hold(const Pose& pose) const {
-    return hull.empty() || inside(hull, {pose.x_mm, pose.y_mm});
-  }
 };
 
 /// As the line says, else where the campaign was measured and on its machine.
 Bounds bounds_of(const CreateOptions& o, const Context& context) {
   Bounds bounds;
-  if (!o.campaign.empty() && o.grid != job::kNextPoints) {
+  if (!o.campaign.empty() && o.grid.grid != job::kNextPoints) {
     store::Connection db = store::open(context.db(), store::Access::read_only);
     const Campaign campaign =
         store::load_campaign(db, store::require_campaign(db, o.campaign).id).campaign;
@@ -121,56 +96,6 @@ Bounds bounds_of(const CreateOptions& o, const Context& context) {
   return bounds;
 }
 
-/// Of the square of a lattice: what holds the bounds, where they are given.
-double half_width_mm(const CreateOptions& o, const Bounds& bounds) {
-  if (o.given("--half-width") || bounds.hull.empty()) return o.half_width_mm;
-  const Extent all = extent(bounds.hull);
-  return std::max({std::abs(all.low.x_mm), std::abs(all.low.y_mm), std::abs(all.high.x_mm),
-                   std::abs(all.high.y_mm)});
-}
-
-std::vector<TargetGroup> groups_of(const CreateOptions& o, const Bounds& bounds) {
-  if (o.grid == "paper-80") return {{"", paper_80(o.step_mm.value_or(kStepMm), o.count)}};
-  if (o.grid == "paper-48") return {{"", paper_48(o.step_mm.value_or(kPaper48StepMm))}};
-  if (o.grid == "lattice")
-    return {{"", lattice(half_width_mm(o, bounds), o.step_mm.value_or(kStepMm))}};
-  if (o.grid == "circle") {
-    return {{"circle 1", circle({o.centre_mm[0], o.centre_mm[1], o.radius_mm},
-                                o.points.value_or(kCirclePoints))}};
-  }
-  return named_groups(o.grid);
-}
-
-std::vector<double> orientations_rad(const CreateOptions& o, const std::vector<double>& otherwise) {
-  std::vector<double> all;
-  for (const double deg : o.orientations_deg.empty() ? otherwise : o.orientations_deg) {
-    all.push_back(rad_from_deg(deg));
-  }
-  return all;
-}
-
-ReadingSet set_of(const CreateOptions& o) {
-  return o.set == "validate" ? ReadingSet::validate : ReadingSet::identify;
-}
-
-OptimalPlan optimal_for(const CreateOptions& o, const Bounds& bounds) {
-  const std::map<std::string, Criterion> kCriteria = {
-      {"D", Criterion::D}, {"A", Criterion::A}, {"E", Criterion::E}};
-  return optimal_plan(bounds.machine ? mechanism_of(*bounds.machine) : paper_mechanism(),
-                      {.name = o.name.empty() ? o.grid : o.name,
-                       .points = o.points.value_or(kOptimalPoints),
-                       .criterion = kCriteria.at(o.criterion),
-                       .effects = o.design.effects,
-                       .sigma = o.design.sigma(),
-                       .half_width_mm = half_width_mm(o, bounds),
-                       .step_mm = o.step_mm.value_or(kOptimalStepMm),
-                       .within = bounds.hull,
-                       .orientations_rad = orientations_rad(o, kOptimalOrientationsDeg),
-                       .approach_mm = o.approach_mm,
-                       .seed = static_cast<std::uint64_t>(o.seed),
-                       .set = set_of(o)});
-}
-
 /// The points that a stored diagnosis suggests.
 Plan suggested_points(const CreateOptions& o, const Context& context) {
   if (o.campaign.empty() == o.job.empty()) {
@@ -180,133 +105,48 @@ Plan suggested_points(const CreateOptions& o, const Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
   Plan plan = job::stored_next_points(o.job.empty() ? job::last_diagnosis(db, o.campaign)
                                                     : job::find(db, o.job));
-  if (!o.name.empty()) plan.name = o.name;
+  if (!o.grid.name.empty()) plan.name = o.grid.name;
   return plan;
 }
 
-/// Whether the pose lies within the bounds, and from each direction and at each orientation that is
-/// asked for it is safe.
-bool admitted(const Pose& pose, const PlanRequest& request, const Bounds& bounds) {
-  if (!bounds.hold(pose)) return false;
-  if (!bounds.machine) return true;
-  for (const double turn_rad : request.orientations_rad) {
-    for (const Approach& approach : request.approaches) {
-      const Pose turned{pose.x_mm, pose.y_mm, pose.phi_rad + turn_rad};
-      const Plan one{"", request.approach_mm, {{.seq = 1, .target = turned, .approach = approach}}};
-      if (!check(one, *bounds.machine).empty()) return false;
-    }
-  }
-  return true;
+template <class T>
+T named(const std::vector<std::pair<std::string, T>>& values, const std::string& name) {
+  return std::ranges::find(values, name, &std::pair<std::string, T>::first)->second;
 }
 
-/// What a machine does not move stands at home: of a lattice an axis visits the one line through
-/// it, and no direction is asked of a drive that it has not.
-void keep_on_machine(PlanRequest& request, const Machine& machine) {
-  const int n = machine.kind->n_chains;
-  const Eigen::Vector3d home = machine.home.vector();
-  for (TargetGroup& group : request.groups) {
-    std::erase_if(group.poses, [&](const Pose& pose) {
-      return n < 2 && std::abs(pose.y_mm - home[1]) > kStandstillMm;
-    });
-    for (Pose& pose : group.poses) {
-      Eigen::Vector3d X = pose.vector();
-      for (int c = n; c < 3; ++c) X[c] = home[c];
-      pose = Pose::from(X);
-    }
-  }
-}
-
-void leave_out(PlanRequest& request, const Bounds& bounds, const Context& context) {
-  std::size_t n_all = 0, n_out = 0;
-  for (TargetGroup& group : request.groups) {
-    n_all += group.poses.size();
-    n_out += std::erase_if(group.poses,
-                           [&](const Pose& pose) { return !admitted(pose, request, bounds); });
-  }
-  std::erase_if(request.groups, [](const TargetGroup& group) { return group.poses.empty(); });
-  if (n_out == 0) return;
-  const char* why =
-      bounds.machine ? "outside the bounds, or not safe on the machine" : "outside the bounds";
-  if (n_out == n_all) {
-    throw InputError({.what = fmt::format("all {} points of the grid are {}", n_all, why),
-                      .hint = "wider --within, or another grid"});
-  }
-  context.say(fmt::format("{} of {} points are left out: {}", n_out, n_all, why));
+job::GridRequest grid_of(const CreateOptions& o, const Bounds& bounds) {
+  job::GridRequest grid = o.grid;
+  grid.hull = bounds.hull;
+  grid.approaches.clear();
+  for (const std::string& text : o.approaches) grid.approaches.push_back(parse_approach(text));
+  grid.order = named(job::orders(), o.order);
+  grid.criterion = named(job::criteria(), o.criterion);
+  grid.set = o.set == "validate" ? ReadingSet::validate : ReadingSet::identify;
+  grid.sigma = o.design.sigma();
+  grid.effects = o.design.effects;
+  return grid;
 }
 
 Plan plan_for(const CreateOptions& o, const Bounds& bounds, const Context& context) {
-  if (o.grid == job::kNextPoints) return suggested_points(o, context);
-  if (o.grid == "optimal") return optimal_for(o, bounds).plan;
-  const std::string name = o.name.empty() ? o.grid : o.name;
-  if (o.grid == "rail") {
-    return rail_plan(bounds.machine.value_or(machine_of(paper_mechanism())),
-                     {name, o.travel_mm, o.targets, o.runs, o.approach_mm});
+  if (o.grid.grid == job::kNextPoints) return suggested_points(o, context);
+  const bool only_safe = bounds.machine.has_value();
+  const job::GridPlan grid =
+      job::grid_plan(grid_of(o, bounds), bounds.machine.value_or(machine_of(paper_mechanism())), only_safe);
+  if (grid.n_out > 0) {
+    context.say(fmt::format("{} of {} points are left out: outside the bounds{}", grid.n_out,
+                            grid.n_all, only_safe ? ", or not safe on the machine" : ""));
   }
-  PlanRequest request{.name = name, .groups = groups_of(o, bounds)};
-  request.orientations_rad = orientations_rad(o, {0});
-  request.approaches.clear();
-  for (const std::string& text : o.approaches) request.approaches.push_back(parse_approach(text));
-  request.repeats = o.repeats;
-  request.set = set_of(o);
-  const std::map<std::string, Order> kOrders = {
-      {"listed", Order::as_listed}, {"random", Order::random}, {"nearest", Order::nearest}};
-  request.order = kOrders.at(o.order);
-  request.seed = static_cast<std::uint64_t>(o.seed);
-  request.approach_mm = o.approach_mm;
-  request.references = o.references;
-  if (bounds.machine) keep_on_machine(request, *bounds.machine);
-  leave_out(request, bounds, context);
-  return build_plan(request);
-}
-
-/// Options that shape some grids only.
-struct Use {
-  const char* option;
-  std::vector<std::string> grids;
-  bool but = false;  // all grids but these
-
-  [[nodiscard]] bool by(const std::string& grid) const {
-    return (std::ranges::find(grids, grid) != grids.end()) != but;
-  }
-};
-const std::vector<Use>& uses() {
-  static const std::vector<std::string> chosen = {"rail", "optimal", job::kNextPoints};
-  static const std::vector<Use> all = {{"--step", {"paper-80", "paper-48", "lattice", "optimal"}},
-                                       {"--count", {"paper-80"}},
-                                       {"--half-width", {"lattice", "optimal"}},
-                                       {"--within", {"rail", job::kNextPoints}, true},
-                                       {"--centre", {"circle"}},
-                                       {"--radius", {"circle"}},
-                                       {"--points", {"circle", "optimal"}},
-                                       {"--mechanism", {job::kNextPoints}, true},
-                                       {"--travel", {"rail"}},
-                                       {"--targets", {"rail"}},
-                                       {"--runs", {"rail"}},
-                                       {"--criterion", {"optimal"}},
-                                       {"--sigma-xy", {"optimal"}},
-                                       {"--sigma-phi", {"optimal"}},
-                                       {"--effects", {"optimal"}},
-                                       {"--job", {job::kNextPoints}},
-                                       {"--orientations", {"rail", job::kNextPoints}, true},
-                                       {"--seed", {"rail", job::kNextPoints}, true},
-                                       {"--set", {"rail", job::kNextPoints}, true},
-                                       {"--approach-distance", {job::kNextPoints}, true},
-                                       {"--approach", chosen, true},
-                                       {"--repeats", chosen, true},
-                                       {"--order", chosen, true},
-                                       {"--references", chosen, true}};
-  return all;
+  return grid.plan;
 }
 
 /// An option that would do nothing is refused, not passed over.
 void require_used(const CreateOptions& o) {
-  for (const Use& use : uses()) {
-    if (!o.given(use.option) || use.by(o.grid)) continue;
-    throw UsageError({.what = "this option does nothing for the grid " + o.grid,
-                      .where = {.field = use.option},
-                      .expected = fmt::format("{}{}", use.but ? "a grid other than " : "",
-                                              fmt::join(use.grids, ", ")),
-                      .hint = fmt::format("see trammel plan create {} --help", o.grid)});
+  for (const job::GridField& field : job::grid_fields()) {
+    if (!o.given(field.option) || field.used_by(o.grid.grid)) continue;
+    throw UsageError({.what = "this option does nothing for the grid " + o.grid.grid,
+                      .where = {.field = field.option},
+                      .expected = field.users(),
+                      .hint = fmt::format("see trammel plan create {} --help", o.grid.grid)});
   }
 }
 
@@ -314,9 +154,9 @@ void require_used(const CreateOptions& o) {
 void show_only_used(Command c) {
   const auto words = positionals_of(c).front().words();
   if (words.empty()) return;
-  for (const Use& use : uses()) {
-    const auto option = find_option(c, use.option);
-    if (option && !use.by(words.front())) option->hide();
+  for (const job::GridField& field : job::grid_fields()) {
+    const auto option = find_option(c, field.option);
+    if (option && !field.used_by(words.front())) option->hide();
   }
 }
 
@@ -325,7 +165,7 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
   const Bounds bounds = bounds_of(options, context);
   const Plan plan = plan_for(options, bounds, context);
   const std::string text = plan_json(plan).dump(1) + "\n";
-  if (options.grid == "optimal") {
+  if (options.grid.grid == "optimal") {
     context.say(beside_paper_80(
         plan, bounds.machine ? mechanism_of(*bounds.machine) : paper_mechanism(), options.design));
   }
@@ -425,23 +265,22 @@ ExitCode run_check(const FileOptions& options, Context& context) {
 }
 
 void grid_options(Command c, CreateOptions& o) {
-  c.option("--step", o.step_mm, "mm (10; paper-48, optimal: 20)");
-  c.option("--count", o.count, "paper-80: points on each of its 8 arms").shown_default();
+  c.option("--step", o.grid.step_mm, "mm (10; paper-48, optimal: 20)");
+  c.option("--count", o.grid.count, "paper-80: points on each of its 8 arms").shown_default();
   const Option half_width =
-      c.option("--half-width", o.half_width_mm, "lattice, optimal: of the square, mm")
-          .shown_default();
+      c.option("--half-width", o.grid.half_width_mm, "lattice, optimal: of the square, mm (100)");
   c.option("--within", o.within, "leave out points whose x or y is not: low high, mm")
       .expected(2)
       .excludes(half_width);
-  c.option("--centre", o.centre_mm, "circle: x y in mm").expected(2);
-  c.option("--radius", o.radius_mm, "circle: mm").shown_default();
-  c.option("--points", o.points, "how many (circle: 72; optimal: 40)");
+  c.option("--centre", o.grid.centre_mm, "circle: x y in mm").expected(2);
+  c.option("--radius", o.grid.radius_mm, "circle: mm").shown_default();
+  c.option("--points", o.grid.points, "how many (circle: 72; optimal: 40)");
   c.option("--mechanism", o.mechanism,
            "leave out points that are not safe on it; rail, optimal: of it (the paper's)")
       .type("FILE");
-  c.option("--travel", o.travel_mm, "rail: mm to either side of home").shown_default();
-  c.option("--targets", o.targets, "rail: targets per run").shown_default();
-  c.option("--runs", o.runs, "rail: runs, each in both directions").shown_default();
+  c.option("--travel", o.grid.travel_mm, "rail: mm to either side of home").shown_default();
+  c.option("--targets", o.grid.targets, "rail: targets per run").shown_default();
+  c.option("--runs", o.grid.runs, "rail: runs, each in both directions").shown_default();
   c.option("--criterion", o.criterion, "optimal: D (volume), A (mean variance), E (worst)")
       .one_of({"D", "A", "E"})
       .shown_default();
@@ -456,27 +295,30 @@ void setup_create(Command plan, Context& context) {
   Command c = plan.command("create", "Make a plan and print it, or write it to a file");
   auto o = std::make_shared<CreateOptions>();
   o->given = [c](const char* option) { return c.given(option); };
-  std::vector<std::string> grids = grid_names();
-  grids.insert(grids.end(), {"lattice", "circle", "rail", "optimal", job::kNextPoints});
-  c.option("grid", o->grid, "which points").required().one_of(grids);
+  std::vector<std::string> grids = job::grids();
+  grids.emplace_back(job::kNextPoints);
+  c.option("grid", o->grid.grid, "which points").required().one_of(grids);
   c.option("--out", o->out, "file to write (stdout)").type("FILE");
   c.flag("--dry-run", o->dry_run, "make the plan, write no file");
-  c.option("--name", o->name, "of the plan (the grid's)").type("NAME");
+  c.option("--name", o->grid.name, "of the plan (the grid's)").type("NAME");
   grid_options(c, *o);
-  c.option("--orientations", o->orientations_deg, "deg, added to each pose (0; optimal: -5,0,5)")
+  c.option("--orientations", o->grid.orientations_deg,
+           "deg, added to each pose (0; optimal: -5,0,5)")
       .delimiter(',');
   c.option("--approach", o->approaches, "+, - or 0 per rail, several with commas: +++,---")
       .delimiter(',');
-  c.option("--approach-distance", o->approach_mm, "length of the last move, mm").shown_default();
-  c.option("--repeats", o->repeats, "times all points are visited, round by round").shown_default();
+  c.option("--approach-distance", o->grid.approach_mm, "length of the last move, mm")
+      .shown_default();
+  c.option("--repeats", o->grid.repeats, "times all points are visited, round by round")
+      .shown_default();
   c.option("--order", o->order, "of each round")
       .one_of({"listed", "random", "nearest"})
       .shown_default();
-  c.option("--seed", o->seed, "of the random order").non_negative().shown_default();
+  c.option("--seed", o->grid.seed, "of the random order").non_negative().shown_default();
   c.option("--set", o->set, "identify or validate")
       .one_of({"identify", "validate"})
       .shown_default();
-  c.option("--references", o->references, "this many first points serve as references")
+  c.option("--references", o->grid.references, "this many first points serve as references")
       .non_negative()
       .shown_default();
   context.before_help.push_back([c] { show_only_used(c); });

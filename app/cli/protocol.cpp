@@ -1,20 +1,27 @@
 #include "app/cli/protocol.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/example_files.hpp"
 #include "app/cli/report.hpp"
+#include "app/device/open.hpp"
 #include "app/files/files.hpp"
 #include "app/files/plan_json.hpp"
 #include "app/job/run.hpp"
 #include "app/protocol/run.hpp"
 #include "app/report/gather.hpp"
 #include "app/report/print.hpp"
+#include "app/session/plan_record.hpp"
 #include "app/session/stop_signal.hpp"
+#include "app/terminal/progress.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -39,21 +46,47 @@ void tell(const protocol::StepOutcome& step, const std::string& number, const Co
   context.say(fmt::format("{}  {:<17} {}{}", number, printable(step.name), printable(step.detail),
                           step.done_before ? "  (done before)" : ""));
   for (const Violation& violation : step.violations) context.say("  " + describe(violation));
+  for (const std::string& what : step.missing) context.say("  missing: " + printable(what));
 }
 
-/// Runs the protocol, telling each step. A plan that is not safe is refused before there is a
-/// database.
-protocol::Outcome execute(const protocol::Protocol& protocol, const Context& context) {
-  const std::vector<protocol::StepOutcome> unsafe = protocol::preflight(protocol);
+/// Waits until a person at this terminal has acted; false after Ctrl-C.
+bool asked_here(const std::string& ask, const Context& context) {
+  if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) return false;
+  context.say(
+      fmt::format("{}: press Enter when it is done, Ctrl-C to go on later", printable(ask)));
+  constexpr int kPollMs = 200;
+  for (pollfd key{STDIN_FILENO, POLLIN, 0}; session::stop_signals() == 0;) {
+    if (poll(&key, 1, kPollMs) <= 0) continue;
+    std::string line;
+    return static_cast<bool>(std::getline(std::cin, line));
+  }
+  return false;
+}
+
+/// Runs the protocol, telling each step. A plan that is not safe, or that a real stage has no
+/// record of, is refused before there is a database. `confirmed`: pauses whose work the line says
+/// is done.
+protocol::Outcome execute(const protocol::Protocol& protocol,
+                          const std::vector<std::string>& confirmed, const Context& context) {
+  const protocol::Requests requests = protocol::requests_of(protocol);
+  std::vector<protocol::StepOutcome> unsafe = protocol::preflight(protocol, requests);
+  std::erase_if(unsafe, [](const auto& step) { return step.code == ExitCode::ok; });
   for (const protocol::StepOutcome& step : unsafe) tell(step, "refused", context);
   if (!unsafe.empty()) return {.steps = unsafe, .code = unsafe.front().code};
   store::Connection connection = store::open(context.db(), store::Access::create);
   session::count_stop_signals();
   std::size_t n = 0;
-  return protocol::run(connection, protocol, surroundings_of(context),
-                       [&](const protocol::StepOutcome& step) {
-                         tell(step, fmt::format("{:>2}/{}", ++n, protocol.steps.size()), context);
-                       });
+  const protocol::Person person{
+      .tell =
+          [&](const protocol::StepOutcome& step) {
+            tell(step, fmt::format("{:>2}/{}", ++n, protocol.steps.size()), context);
+          },
+      .confirms =
+          [&](const std::string& name, const std::string& ask) {
+            return std::ranges::find(confirmed, name) != confirmed.end() ||
+                   asked_here(ask, context);
+          }};
+  return protocol::run(connection, protocol, requests, surroundings_of(context), person);
 }
 
 report::Report report_of(const std::string& campaign, const Context& context) {
@@ -73,19 +106,30 @@ Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
     if (!step.violations.empty()) {
       steps.back()["violations"] = violations_json(step.violations);
     }
+    if (!step.missing.empty()) steps.back()["missing"] = step.missing;
+    if (step.estimated_s > 0) steps.back()["estimated_s"] = step.estimated_s;
   }
   return steps;
 }
 
+/// `again` is the line that goes on.
 void say_stopped(const protocol::Outcome& outcome, const std::string& again,
                  const Context& context) {
-  if (!outcome.steps.back().violations.empty()) {
+  const protocol::StepOutcome& last = outcome.steps.back();
+  if (!last.violations.empty()) {
     context.say("nothing has moved: fix the plans or the mechanism's limits first");
-    return;
+  } else if (last.code == ExitCode::safety_stop && !last.missing.empty()) {
+    context.say("nothing has moved since: see what is missing");
+  } else if (last.kind == "pause") {
+    context.say("when it is done, say so: what was measured is stored");
+    context.next(again + " --confirm " + shell_word(last.name));
+  } else if (last.kind == "report") {
+    context.say("all is measured; the tolerance is not shown to be met");
+  } else {
+    context.say(
+        fmt::format("stopped in step {}: what was measured is stored", printable(last.name)));
+    context.next(again);
   }
-  context.say(fmt::format("stopped in step {}: what was measured is stored",
-                          printable(outcome.steps.back().name)));
-  context.next(again);
 }
 
 /// What is there stays: a user may have changed it, and the campaign was measured with it.
@@ -95,32 +139,59 @@ void write_unless_there(const std::filesystem::path& path, std::string_view cont
 
 std::vector<protocol::StepOutcome> planned_steps(const protocol::Protocol& protocol,
                                                  const Context& context) {
-  if (!std::filesystem::exists(context.db())) return protocol::dry_run(nullptr, protocol);
+  const protocol::Requests requests = protocol::requests_of(protocol);
+  if (!std::filesystem::exists(context.db())) {
+    return protocol::dry_run(nullptr, protocol, requests);
+  }
   store::Connection connection = store::open(context.db(), store::Access::read_only);
-  return protocol::dry_run(&connection, protocol);
+  return protocol::dry_run(&connection, protocol, requests);
+}
+
+/// "left to measure: 1:02:03 h, without the points that diagnoses will suggest".
+std::string duration_words(const protocol::Protocol& protocol,
+                           const std::vector<protocol::StepOutcome>& steps, double& total_s) {
+  bool unknown = false;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    total_s += steps[k].estimated_s;
+    const auto* measure = std::get_if<protocol::MeasureStep>(&protocol.steps[k].what);
+    unknown = unknown || (measure != nullptr && measure->suggested() && !steps[k].done_before);
+  }
+  return "left to measure: " + terminal::clock_text(total_s) +
+         (unknown ? ", without the points that diagnoses will suggest" : "");
 }
 
 /// Tells what a run would do; nothing is stored and nothing moves.
 ExitCode tell_plan(const std::string& command, const protocol::Protocol& protocol,
                    const Context& context) {
   const std::vector<protocol::StepOutcome> steps = planned_steps(protocol, context);
+  double total_s = 0;
+  const std::string duration = duration_words(protocol, steps, total_s);
+  const auto bad = std::ranges::find_if(
+      steps, [](const protocol::StepOutcome& step) { return step.code != ExitCode::ok; });
+  const ExitCode code = bad == steps.end() ? ExitCode::ok : bad->code;
   if (context.json) {
     context.print(command, {{"campaign", protocol.name},
                             {"database", context.db()},
                             {"dry_run", true},
-                            {"exit_code", 0},
+                            {"exit_code", static_cast<int>(code)},
+                            {"estimated_s", total_s},
                             {"steps", steps_json(steps)}});
-    return ExitCode::ok;
+    return code;
   }
   std::string text =
       fmt::format("campaign {} in {}\n", printable(protocol.name), printable(context.db()));
   for (std::size_t k = 0; k < steps.size(); ++k) {
-    text += fmt::format("{:>2}/{}  {:<16} {}{}\n", k + 1, steps.size(), printable(steps[k].name),
-                        printable(steps[k].detail), steps[k].done_before ? "  (done before)" : "");
+    const protocol::StepOutcome& step = steps[k];
+    text += fmt::format("{:>2}/{}  {:<16} {}{}{}\n", k + 1, steps.size(), printable(step.name),
+                        printable(step.detail),
+                        step.estimated_s > 0 ? ", " + terminal::clock_text(step.estimated_s) : "",
+                        step.done_before ? "  (done before)" : "");
+    for (const Violation& violation : step.violations) text += "  " + describe(violation) + "\n";
+    for (const std::string& what : step.missing) text += "  missing: " + printable(what) + "\n";
   }
-  context.print(text);
+  context.print(text + duration);
   context.say("dry run: nothing is stored and nothing moves");
-  return ExitCode::ok;
+  return code;
 }
 
 /// As it stands in the folder, else as it would be written there.
@@ -143,12 +214,87 @@ void own_database(const std::filesystem::path& folder, Context& context) {
                     .hint = "name another folder: trammel demo FOLDER"});
 }
 
+void require_pauses(const protocol::Protocol& protocol, const std::vector<std::string>& names) {
+  std::vector<std::string> pauses;
+  for (const protocol::Step& step : protocol.steps) {
+    if (std::holds_alternative<protocol::PauseStep>(step.what)) pauses.push_back(step.name);
+  }
+  for (const std::string& name : names) {
+    if (std::ranges::find(pauses, name) != pauses.end()) continue;
+    throw UsageError({.what = "the protocol has no such pause",
+                      .where = {.field = "--confirm"},
+                      .got = name,
+                      .expected = pauses.empty() ? "a protocol with pauses"
+                                                 : fmt::format("{}", fmt::join(pauses, ", "))});
+  }
+}
+
+/// One record for each file that steps name: the plan it is of must be one.
+std::size_t write_records(const protocol::Protocol& protocol, const protocol::Requests& requests,
+                          const Context& context) {
+  std::map<std::string, std::string> written;  // file, digest
+  for (const protocol::Step& step : protocol.steps) {
+    const auto* measure = std::get_if<protocol::MeasureStep>(&step.what);
+    if (measure == nullptr || measure->suggested() || measure->plan_check.empty()) continue;
+    const session::Request& request = requests.at(step.name);
+    const device::Devices devices = device::open_devices(request.stage, request.tracker);
+    CheckOptions check = session::check_for(request.check, devices.motion);
+    const std::string file = measure->plan_check.string();
+    const std::string digest = session::plan_sha256(request.plan, devices.mechanism);
+    if (const auto [at, is_new] = written.emplace(file, digest); !is_new) {
+      if (at->second == digest) continue;
+      throw InputError({.what = "two plans cannot have one record",
+                        .where = {.file = file, .field = "plan_check"},
+                        .got = step.name,
+                        .expected = "a file for each plan"});
+    }
+    session::write_plan_record(file, request.plan, devices.mechanism, check, context.existing());
+  }
+  return written.size();
+}
+
+ExitCode check_protocol(const ProtocolOptions& options, Context& context) {
+  const protocol::Protocol protocol = protocol::read_protocol(options.file);
+  const protocol::Requests requests = protocol::requests_of(protocol);
+  std::vector<protocol::StepOutcome> steps = protocol::preflight(protocol, requests);
+  bool safe = true;
+  for (protocol::StepOutcome& step : steps) {
+    safe = safe && step.violations.empty();
+    step.missing.clear();  // it is what this command is asked for
+    step.code = step.violations.empty() ? ExitCode::ok : ExitCode::safety_stop;
+  }
+  const bool records = options.record && safe && !options.dry_run;
+  const std::size_t n_records = records ? write_records(protocol, requests, context) : 0;
+  if (context.json) {
+    context.print("protocol-check", {{"campaign", protocol.name},
+                                     {"safe", safe},
+                                     {"n_records", n_records},
+                                     {"steps", steps_json(steps)}});
+  } else {
+    std::string text;
+    for (const protocol::StepOutcome& step : steps) {
+      for (const Violation& v : step.violations) {
+        text += printable(step.name) + ", " + describe(v) + "\n";
+      }
+    }
+    text += fmt::format("{}: {} plans, {}", printable(protocol.name), steps.size(),
+                        safe ? "every target and path is safe" : "not all are safe");
+    if (records) text += fmt::format("; {} records written", n_records);
+    context.print(text);
+  }
+  const std::string file = shell_word(options.file);
+  context.next(safe ? "trammel protocol run " + file + " --dry-run"
+                    : "trammel protocol check " + file);
+  return safe ? ExitCode::ok : ExitCode::not_acceptable;
+}
+
 }  // namespace
 
 ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
   const protocol::Protocol protocol = protocol::read_protocol(options.file);
+  require_pauses(protocol, options.confirmed);
   if (options.dry_run) return tell_plan("protocol-run", protocol, context);
-  const protocol::Outcome outcome = execute(protocol, context);
+  const protocol::Outcome outcome = execute(protocol, options.confirmed, context);
   if (context.json) {
     context.print("protocol-run", {{"campaign", protocol.name},
                                    {"database", context.db()},
@@ -177,7 +323,7 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
   const protocol::Protocol protocol = protocol::read_protocol(folder / "protocol.json");
   context.say(fmt::format("measuring the paper's campaign on a virtual robot, into {}",
                           printable(context.db())));
-  const protocol::Outcome outcome = execute(protocol, context);
+  const protocol::Outcome outcome = execute(protocol, {}, context);
   if (outcome.code != ExitCode::ok) {
     say_stopped(outcome, "trammel demo " + shell_word(options.folder), context);
     return outcome.code;
@@ -208,8 +354,20 @@ void setup_protocol(Command app, Context& context) {
   Command run = protocols.command(
       "run", "Measure, calibrate, compensate, measure again; resumes, and skips what is done");
   run.option("FILE", options->file, "protocol/1, as examples/paper/protocol.json").required();
-  run.flag("--dry-run", options->dry_run, "Say what is left to do, store and move nothing");
+  run.option("--confirm", options->confirmed,
+             "What this pause asks for is done (asked on a terminal); several with commas")
+      .delimiter(',')
+      .type("PAUSE");
+  run.flag("--dry-run", options->dry_run,
+           "Say what is left to do and how long it takes, store and move nothing");
   on_run(run, context, options, run_protocol);
+  auto checked = std::make_shared<ProtocolOptions>();
+  Command check =
+      protocols.command("check", "Every target and path of every plan; records for a real stage");
+  check.option("FILE", checked->file, "protocol/1").required();
+  check.flag("--record", checked->record, "Write the records that its steps name (plan_check)");
+  check.flag("--dry-run", checked->dry_run, "Check, write no record");
+  on_run(check, context, checked, check_protocol);
 }
 
 void setup_demo(Command app, Context& context) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/cli/context.hpp"
 
@@ -8,6 +9,8 @@ namespace trammel::cli {
 
 struct ProtocolOptions {
   std::string file;
+  std::vector<std::string> confirmed;  // pauses
+  bool record = false;                 // check: write what its steps name
   bool dry_run = false;
 };
 struct DemoOptions {

@@ -45,8 +45,8 @@ TrackerFile open_tracker(const std::string& tracker, const std::string& text,
 }
 
 std::string file_of_tracker(const std::string& tracker) {
-  for (const char* kind : {"t2sa:", "file:"}) {
-    if (tracker.starts_with(kind)) return tracker.substr(std::string_view(kind).size());
+  for (const std::string& kind : tracker_kinds()) {
+    if (tracker.starts_with(kind)) return tracker.substr(kind.size());
   }
   throw UsageError({.what = "a real stage is seen by a real tracker alone",
                     .where = {.field = "--tracker"},
@@ -112,6 +112,8 @@ Devices open_devices(const std::string& stage, const std::string& tracker) {
                     .got = stage,
                     .expected = known});
 }
+
+std::vector<std::string> tracker_kinds() { return {"t2sa:", "file:"}; }
 
 std::vector<std::string> stage_kinds() {
   std::vector<std::string> names;

@@ -15,4 +15,7 @@ Devices open_devices(const std::string& stage, const std::string& tracker);
 /// How a stage's name begins, by kind: "sim:".
 std::vector<std::string> stage_kinds();
 
+/// The same of trackers that see a real stage: "t2sa:", "file:".
+std::vector<std::string> tracker_kinds();
+
 }  // namespace trammel::device

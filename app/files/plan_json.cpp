@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "app/files/fields.hpp"
 #include "app/files/format.hpp"
@@ -44,20 +45,45 @@ PlannedPoint read_point(Fields& fields) {
   return p;
 }
 
+/// [1, 0, -1]; else nothing.
+std::optional<Approach> approach_of(const nlohmann::json& directions) {
+  if (!directions.is_array() || directions.size() != kChains) return std::nullopt;
+  Approach approach = {0, 0, 0};
+  for (std::size_t i = 0; i < kChains; ++i) {
+    const nlohmann::json& d = directions[i];
+    if (d != -1 && d != 0 && d != 1) return std::nullopt;
+    approach[i] = d.get<int>();
+  }
+  return approach;
+}
+
+constexpr const char* kDirections = "-1, 0 or 1 for each of three rails";
+
 }  // namespace
 
 Approach read_approach(Fields& fields) {
-  Approach approach = {0, 0, 0};
-  if (!fields.has("approach")) return approach;
-  const std::vector<double> values = fields.numbers("approach");
-  if (values.size() != kChains) fields.refuse("approach", "wrong number of rails", "three of them");
-  for (std::size_t i = 0; i < kChains; ++i) {
-    if (values[i] != -1 && values[i] != 0 && values[i] != 1) {
-      fields.refuse("approach", "no direction", "-1, 0 or 1");
+  if (!fields.has("approach")) return {0, 0, 0};
+  const auto approach = approach_of(fields.value().at("approach"));
+  if (!approach) fields.refuse("approach", "no direction", kDirections);
+  return *approach;
+}
+
+std::vector<Approach> read_approaches(Fields& fields) {
+  const nlohmann::json* lists =
+      fields.has("approaches") ? &fields.value().at("approaches") : nullptr;
+  std::vector<Approach> all;
+  if (lists != nullptr && lists->is_array()) {
+    for (const nlohmann::json& directions : *lists) {
+      const auto approach = approach_of(directions);
+      if (!approach) break;
+      all.push_back(*approach);
     }
-    approach[i] = static_cast<int>(values[i]);
   }
-  return approach;
+  if (lists == nullptr || all.empty() || all.size() != lists->size()) {
+    fields.refuse("approaches", "no directions",
+                  std::string("one or more lists of ") + kDirections);
+  }
+  return all;
 }
 
 Json plan_json(const Plan& plan) {

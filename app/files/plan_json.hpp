@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "app/files/fields.hpp"
 #include "core/plan/check.hpp"
@@ -22,6 +23,9 @@ Plan plan_of(const std::string& name_or_file);
 
 /// The field "approach": [1, -1, 0], all 0 where it is absent. Throws InputError.
 Approach read_approach(Fields& fields);
+
+/// The field "approaches": [[1, 1, 1], [-1, -1, -1]], one or more. Throws InputError.
+std::vector<Approach> read_approaches(Fields& fields);
 
 nlohmann::ordered_json violations_json(const std::vector<Violation>& violations);
 

@@ -8,17 +8,37 @@
 #include <variant>
 #include <vector>
 
-#include "core/plan/plan.hpp"
+#include "app/job/grid.hpp"
+#include "app/session/policy.hpp"
+#include "core/plan/check.hpp"
 
 namespace trammel::protocol {
 
+/// What is measured with, and under which rules. A step changes what it names of the protocol's.
+struct Setting {
+  std::string stage;            // "sim:FILE", "galil:FILE", with the file's whole path
+  std::string tracker = "sim";  // "sim", "t2sa:FILE", "file:FILE", the same
+  session::Policy policy = {};
+  CheckOptions check = {};
+};
+
+/// In place of a plan: the points that this diagnose step suggests.
+struct NextPointsOf {
+  std::string step;
+};
+using PlanSource = std::variant<job::GridRequest, std::filesystem::path, NextPointsOf>;
+
 /// A session: a plan walked through, baseline or under the correction of an earlier step.
 struct MeasureStep {
-  std::string plan;                 // "paper-80", "paper-48", "circles"
-  std::string next_points_of = {};  // in place of a plan: the points this diagnose step suggests
-  Approach approach = {0, 0, 0};    // of every point
-  ReadingSet set = ReadingSet::identify;
+  PlanSource plan;
+  std::optional<ReadingSet> set = {};          // of all points; none: as the plan has it
   std::optional<std::string> compensate = {};  // name of a calibrate or diagnose step
+  Setting setting = {};
+  std::filesystem::path plan_check = {};  // record that the plan is safe; a real stage asks for it
+  bool new_set_up = false;                // homed and framed anew: an epoch of its own
+
+  /// The points are known when a diagnosis has suggested them.
+  [[nodiscard]] bool suggested() const { return std::holds_alternative<NextPointsOf>(plan); }
 };
 
 /// A job on what earlier steps measured.
@@ -35,17 +55,27 @@ struct DiagnoseStep {
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
 };
 
+/// A person acts before the next measure step begins. Once that has begun it is done.
+struct PauseStep {
+  std::string ask;  // "put nest 2 on"
+};
+
+/// Files that are written anew each time; a tolerance that is not shown to be met ends the run.
+struct ReportStep {
+  std::filesystem::path text, json, html, dcc;  // empty: none
+  std::optional<double> tolerance_mm = {};
+};
+
 /// Its name is the name of the session, or finds the job: by it a resume knows what is done.
 struct Step {
   std::string name;
-  std::variant<MeasureStep, CalibrateStep, DiagnoseStep> what;
+  std::variant<MeasureStep, CalibrateStep, DiagnoseStep, PauseStep, ReportStep> what;
 };
 
 struct Protocol {
   std::string name;  // of the campaign
   std::string about;
-  std::filesystem::path robot;  // the virtual robot's file
-  std::string published = {};   // the campaign's fact (app/files/published_json.hpp); "": none
+  std::string published = {};  // the campaign's fact (app/files/published_json.hpp); "": none
   std::vector<Step> steps;
 };
 
@@ -54,7 +84,7 @@ struct Protocol {
 /// InputError with line, column and path. Proof: protocol_test.cpp.
 Protocol read_protocol(const std::filesystem::path& path);
 
-/// The same from text; `path` is where it would stand: errors name it, the robot is beside it.
+/// The same from text; `path` is where it would stand: errors name it, other files are beside it.
 Protocol parse_protocol(std::string_view text, const std::filesystem::path& path);
 
 }  // namespace trammel::protocol

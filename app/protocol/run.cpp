@@ -3,16 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "app/device/open.hpp"
+#include "app/files/files.hpp"
+#include "app/files/plan_json.hpp"
 #include "app/files/published_json.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stages.hpp"
-#include "core/plan/named.hpp"
+#include "app/report/dcc.hpp"
+#include "app/report/gather.hpp"
+#include "app/report/page/page.hpp"
+#include "app/report/print.hpp"
+#include "app/report/tolerance.hpp"
 
 namespace trammel::protocol {
 
@@ -22,21 +30,23 @@ namespace {
 struct Run {
   store::Connection& connection;
   const Protocol& protocol;
+  const Requests& requests;
   session::Surroundings surroundings;
+  const Person& person;
   std::map<std::string, store::Id> jobs = {};    // by step
   std::map<std::string, Plan> next_points = {};  // by diagnose step
   std::set<std::string> skipped = {};            // measure steps
+  std::vector<std::string> confirmed = {};       // since the last measure step
 };
 
-Plan named_plan_of(const MeasureStep& step) {
-  PlanRequest request{.name = step.plan, .groups = named_groups(step.plan)};
-  request.set = step.set;
-  request.approaches = {step.approach};
-  return build_plan(request);
-}
-
-std::string stage_of(const Protocol& protocol) {
-  return "sim:" + std::filesystem::absolute(protocol.robot).lexically_normal().string();
+Plan plan_of_step(const MeasureStep& step, const Mechanism& mechanism) {
+  if (step.suggested()) return {};  // not known yet
+  const auto* file = std::get_if<std::filesystem::path>(&step.plan);
+  Plan plan = file != nullptr
+                  ? read_plan(*file)
+                  : job::grid_plan(std::get<job::GridRequest>(step.plan), mechanism).plan;
+  for (PlannedPoint& point : plan.points) point.set = step.set.value_or(point.set);
+  return plan;
 }
 
 std::optional<store::SessionRow> stored_session(store::Connection* connection,
@@ -72,26 +82,15 @@ session::Outcome measured(Run& run, const session::Request& request, bool begun_
              : session::run_or_resume(run.connection, request, run.surroundings);
 }
 
-StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step) {
-  const auto stored = stored_session(&run.connection, run.protocol, name);
-  const bool suggested = !step.next_points_of.empty();
-  session::Request request;
-  request.campaign = run.protocol.name;
-  request.session = name;
-  request.plan = suggested ? run.next_points.at(step.next_points_of) : named_plan_of(step);
-  if (!stored && request.plan.points.empty()) {
-    run.skipped.insert(name);
-    return {.name = name,
-            .kind = "measure",
-            .skipped = true,
-            .detail = fmt::format("skipped: {} suggests no points", step.next_points_of)};
-  }
-  request.stage = stage_of(run.protocol);
-  if (!run.protocol.published.empty()) request.facts[kPublishedFact] = run.protocol.published;
-  if (step.compensate) {
-    request.compensation_job = correction_of_step(run, stored, *step.compensate);
-  }
-  const session::Outcome outcome = measured(run, request, stored && suggested);
+/// A real stage walks suggested points when somebody has looked at them.
+std::string record_of_suggested(const session::Request& request, const std::string& record) {
+  return fmt::format(
+      "the points are suggested by now: `trammel plan create next-points --campaign {} --out "
+      "next.json`, `trammel plan check next.json --mechanism {} --record {}`, then again",
+      request.campaign, request.stage.substr(request.stage.find(':') + 1), record);
+}
+
+StepOutcome outcome_of(const std::string& name, const session::Outcome& outcome) {
   return {.name = name,
           .kind = "measure",
           .done_before = outcome.n_stored == 0 && outcome.n_before == outcome.n_points,
@@ -100,7 +99,38 @@ StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step)
                         : fmt::format("{} of {} points: {}", outcome.n_before + outcome.n_stored,
                                       outcome.n_points, outcome.detail),
           .violations = outcome.violations,
+          .missing = outcome.missing,
+          .estimated_s = outcome.estimated_s,
           .code = outcome.exit_code()};
+}
+
+StepOutcome run_step(Run& run, const std::string& name, const MeasureStep& step) {
+  const auto stored = stored_session(&run.connection, run.protocol, name);
+  session::Request request = run.requests.at(name);
+  if (const auto* next = std::get_if<NextPointsOf>(&step.plan)) {
+    request.plan = run.next_points.at(next->step);
+    if (!stored && request.plan.points.empty()) {
+      run.skipped.insert(name);
+      run.confirmed.clear();
+      return {.name = name,
+              .kind = "measure",
+              .skipped = true,
+              .detail = fmt::format("skipped: {} suggests no points", next->step)};
+    }
+    if (!std::filesystem::exists(request.plan_check)) request.plan_check.clear();
+  }
+  if (step.compensate) {
+    request.compensation_job = correction_of_step(run, stored, *step.compensate);
+  }
+  request.confirmed = std::exchange(run.confirmed, {});
+  const session::Outcome outcome = measured(run, request, stored && step.suggested());
+  StepOutcome told = outcome_of(name, outcome);
+  if (step.suggested() && !outcome.missing.empty()) {
+    told.missing = {record_of_suggested(request, step.plan_check.empty()
+                                                     ? "FILE (and name it in \"plan_check\")"
+                                                     : step.plan_check.string())};
+  }
+  return told;
 }
 
 /// The job of a step on those of its sessions that were measured.
@@ -140,65 +170,161 @@ StepOutcome run_step(Run& run, const std::string& name, const DiagnoseStep& step
                                 outcome.job.id)};
 }
 
-bool is_done(const std::optional<store::SessionRow>& session) {
-  return session && session->n_ok == session->n_points && session->last_event == "done";
+/// The measure step that begins when what the pause asks for is done.
+const Step& measured_after(const Protocol& protocol, const std::string& pause) {
+  auto at = std::ranges::find(protocol.steps, pause, &Step::name);
+  return *std::find_if(at, protocol.steps.end(), [](const Step& step) {
+    return std::holds_alternative<MeasureStep>(step.what);
+  });
 }
 
-StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
-                    const std::string& name, const MeasureStep& step) {
-  const auto session = stored_session(connection, protocol, name);
-  StepOutcome outcome{.name = name, .kind = "measure", .done_before = is_done(session)};
-  if (session) {
-    outcome.detail = fmt::format("{} of {} points to measure", session->n_points - session->n_ok,
-                                 session->n_points);
-  } else if (step.next_points_of.empty()) {
-    const std::size_t n = named_plan(step.plan, step.set).points.size();
-    outcome.detail = fmt::format("{} of {} points to measure", n, n);
+StepOutcome run_step(Run& run, const std::string& name, const PauseStep& step) {
+  StepOutcome outcome{.name = name, .kind = "pause", .detail = step.ask};
+  const Step& next = measured_after(run.protocol, name);
+  if (stored_session(&run.connection, run.protocol, next.name)) {
+    outcome.done_before = true;
+    return outcome;
+  }
+  const auto* suggested = std::get_if<NextPointsOf>(&std::get<MeasureStep>(next.what).plan);
+  if (suggested != nullptr && run.next_points.contains(suggested->step) &&
+      run.next_points.at(suggested->step).points.empty()) {
+    outcome.skipped = true;
+    outcome.detail = fmt::format("skipped: {} suggests no points", suggested->step);
+    return outcome;
+  }
+  if (run.person.confirms(name, step.ask)) {
+    run.confirmed.push_back(fmt::format("{}: {}", name, step.ask));
+    outcome.detail += ": done";
   } else {
-    outcome.detail = fmt::format("the points that {} suggests", step.next_points_of);
+    outcome.code = ExitCode::interrupted;
+    outcome.detail = "waits for a person: " + step.ask;
   }
   return outcome;
 }
 
+StepOutcome run_step(Run& run, const std::string& name, const ReportStep& step) {
+  const store::CampaignRow campaign = store::require_campaign(run.connection, run.protocol.name);
+  report::Report found = report::gather(run.connection, campaign);
+  StepOutcome outcome{.name = name, .kind = "report"};
+  const auto points = [&] { return report::judged_points(run.connection, campaign, found); };
+  if (!step.dcc.empty()) {
+    write_output(step.dcc, report::dcc_xml(run.connection, campaign, found, points()),
+                 Existing::replace);
+  }
+  if (step.tolerance_mm) {
+    found.tolerance = report::tolerance_test(points(), *step.tolerance_mm);
+    outcome.detail = report::tolerance_words(*found.tolerance);
+    if (found.tolerance->machine != Conformity::passes) outcome.code = ExitCode::not_acceptable;
+  }
+  if (!step.text.empty()) {
+    write_output(step.text, report::to_text(found, {.glyphs = report::Glyphs::ascii}),
+                 Existing::replace);
+  }
+  if (!step.json.empty()) {
+    job::Json file = {{"schema", "trammel/report/1"}};
+    file.update(report::to_json(found));
+    write_output(step.json, file.dump(2) + "\n", Existing::replace);
+  }
+  if (!step.html.empty()) {
+    write_output(step.html,
+                 report::page_html(report::page_json(run.connection, campaign, step.tolerance_mm)),
+                 Existing::replace);
+  }
+  for (const auto& file : {step.text, step.json, step.html, step.dcc}) {
+    if (file.empty()) continue;
+    outcome.detail += (outcome.detail.empty() ? "" : "; ") + file.filename().string();
+  }
+  return outcome;
+}
+
+bool is_done(const std::optional<store::SessionRow>& session) {
+  return session && session->n_ok == session->n_points && session->last_event == "done";
+}
+
+/// What is asked of a look at one step.
+struct Look {
+  store::Connection* connection;
+  const Protocol& protocol;
+  const std::map<std::string, StepOutcome>& checked;  // by measure step, as preflight found it
+};
+
+StepOutcome look_at(const Look& look, const std::string& name, const MeasureStep& step) {
+  if (const auto* next = std::get_if<NextPointsOf>(&step.plan)) {
+    StepOutcome outcome{.name = name,
+                        .kind = "measure",
+                        .detail = fmt::format("the points that {} suggests", next->step)};
+    const auto session = stored_session(look.connection, look.protocol, name);
+    if (!session) return outcome;
+    outcome.done_before = is_done(session);
+    outcome.detail = fmt::format("{} of {} points to measure", session->n_points - session->n_ok,
+                                 session->n_points);
+    return outcome;
+  }
+  StepOutcome outcome = look.checked.at(name);
+  const auto session = stored_session(look.connection, look.protocol, name);
+  if (!session) return outcome;
+  const int left = session->n_points - session->n_ok;
+  outcome.done_before = is_done(session);
+  outcome.detail = fmt::format("{} of {} points to measure", left, session->n_points);
+  outcome.estimated_s *= static_cast<double>(left) / std::max(1, session->n_points);
+  return outcome;
+}
+
+StepOutcome look_at(const Look& look, const std::string& name, const PauseStep& step) {
+  const Step& next = measured_after(look.protocol, name);
+  return {.name = name,
+          .kind = "pause",
+          .done_before = stored_session(look.connection, look.protocol, next.name).has_value(),
+          .detail = "a person: " + step.ask};
+}
+
+StepOutcome look_at(const Look&, const std::string& name, const ReportStep& step) {
+  std::string files;
+  for (const auto& file : {step.text, step.json, step.html, step.dcc}) {
+    if (!file.empty()) files += (files.empty() ? "" : ", ") + file.filename().string();
+  }
+  if (step.tolerance_mm) {
+    files += fmt::format("{}tolerance {:g} mm", files.empty() ? "" : ", ", *step.tolerance_mm);
+  }
+  return {.name = name, .kind = "report", .detail = "to write: " + files};
+}
+
 /// A step that computes: its job is known once all its sessions are measured.
-StepOutcome look_at_job(store::Connection* connection, const Protocol& protocol,
-                        StepOutcome outcome, const job::Request& request) {
-  const bool measured = std::all_of(request.sessions.begin(), request.sessions.end(),
-                                    [&](const std::string& session) {
-                                      return is_done(stored_session(connection, protocol, session));
-                                    });
+StepOutcome look_at_job(const Look& look, StepOutcome outcome, const job::Request& request) {
+  const bool measured = std::all_of(
+      request.sessions.begin(), request.sessions.end(), [&](const std::string& session) {
+        return is_done(stored_session(look.connection, look.protocol, session));
+      });
   outcome.detail = request.stage + " to compute";
   if (!measured) return outcome;
-  const store::NewJob inputs = job::inputs_of(*connection, request);
-  if (const auto job = store::find_job(*connection, inputs.campaign_id, inputs.key.key)) {
+  const store::NewJob inputs = job::inputs_of(*look.connection, request);
+  if (const auto job = store::find_job(*look.connection, inputs.campaign_id, inputs.key.key)) {
     outcome.done_before = true;
     outcome.detail = fmt::format("{}, job {}", request.stage, job->id);
   }
   return outcome;
 }
 
-StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
-                    const std::string& name, const CalibrateStep& step) {
-  return look_at_job(connection, protocol, {.name = name, .kind = "calibrate"},
-                     {.campaign = protocol.name,
+StepOutcome look_at(const Look& look, const std::string& name, const CalibrateStep& step) {
+  return look_at_job(look, {.name = name, .kind = "calibrate"},
+                     {.campaign = look.protocol.name,
                       .stage = step.method,
                       .parameters = step.parameters,
                       .sessions = step.sessions});
 }
 
-StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
-                    const std::string& name, const DiagnoseStep& step) {
+StepOutcome look_at(const Look& look, const std::string& name, const DiagnoseStep& step) {
   // sessions of suggested points that were skipped do not exist
   std::vector<std::string> sessions;
   for (const std::string& session : step.sessions) {
-    const auto planned = std::find_if(protocol.steps.begin(), protocol.steps.end(),
-                                      [&](const Step& s) { return s.name == session; });
-    const auto* measure = std::get_if<MeasureStep>(&planned->what);
-    const bool suggested = measure != nullptr && !measure->next_points_of.empty();
-    if (!suggested || stored_session(connection, protocol, session)) sessions.push_back(session);
+    const auto planned = std::ranges::find(look.protocol.steps, session, &Step::name);
+    if (!std::get<MeasureStep>(planned->what).suggested() ||
+        stored_session(look.connection, look.protocol, session)) {
+      sessions.push_back(session);
+    }
   }
-  return look_at_job(connection, protocol, {.name = name, .kind = "diagnose"},
-                     {.campaign = protocol.name,
+  return look_at_job(look, {.name = name, .kind = "diagnose"},
+                     {.campaign = look.protocol.name,
                       .stage = "diagnose",
                       .parameters = step.parameters,
                       .sessions = sessions});
@@ -206,49 +332,79 @@ StepOutcome look_at(store::Connection* connection, const Protocol& protocol,
 
 }  // namespace
 
-std::vector<StepOutcome> preflight(const Protocol& protocol) {
-  std::vector<StepOutcome> unsafe;
-  std::set<std::pair<std::string, Approach>> seen;
-  static_cast<void>(device::open_devices(stage_of(protocol), "sim"));
+Requests requests_of(const Protocol& protocol) {
+  std::map<std::pair<std::string, std::string>, Mechanism> mechanisms;  // by stage and tracker
+  Requests requests;
   for (const Step& step : protocol.steps) {
     const auto* measure = std::get_if<MeasureStep>(&step.what);
-    if (measure == nullptr || !measure->next_points_of.empty()) continue;
-    if (!seen.insert({measure->plan, measure->approach}).second) continue;
-    const session::Request request{.campaign = protocol.name,
-                                   .session = step.name,
-                                   .plan = named_plan_of(*measure),
-                                   .stage = stage_of(protocol)};
-    const session::Outcome outcome = session::dry_run(request, NominalCorrection{});
-    if (outcome.violations.empty()) continue;
-    unsafe.push_back({.name = step.name,
-                      .kind = "measure",
-                      .detail = fmt::format("0 of {} points: {}", outcome.n_points, outcome.detail),
-                      .violations = outcome.violations,
-                      .code = outcome.exit_code()});
+    if (measure == nullptr) continue;
+    const Setting& with = measure->setting;
+    const auto devices = std::pair(with.stage, with.tracker);
+    if (!mechanisms.contains(devices)) {
+      mechanisms[devices] = device::open_devices(with.stage, with.tracker).mechanism;
+    }
+    session::Request request{.campaign = protocol.name,
+                             .session = step.name,
+                             .plan = plan_of_step(*measure, mechanisms.at(devices)),
+                             .stage = with.stage,
+                             .tracker = with.tracker,
+                             .check = with.check,
+                             .policy = with.policy,
+                             .plan_check = measure->plan_check.string(),
+                             .new_set_up = measure->new_set_up};
+    if (!protocol.published.empty()) request.facts[kPublishedFact] = protocol.published;
+    requests[step.name] = request;
   }
-  return unsafe;
+  return requests;
 }
 
-std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol) {
+std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& requests) {
   std::vector<StepOutcome> steps;
   for (const Step& step : protocol.steps) {
-    const auto look = [&](const auto& what) {
-      return look_at(connection, protocol, step.name, what);
-    };
-    steps.push_back(std::visit(look, step.what));
+    const auto* measure = std::get_if<MeasureStep>(&step.what);
+    if (measure == nullptr || measure->suggested()) continue;
+    session::Request request = requests.at(step.name);
+    const bool recorded = std::filesystem::exists(request.plan_check);
+    if (!recorded) request.plan_check.clear();
+    const session::Outcome outcome = session::dry_run(request, NominalCorrection{});
+    steps.push_back(outcome_of(step.name, outcome));
+    StepOutcome& last = steps.back();
+    last.detail = outcome.violations.empty()
+                      ? fmt::format("{0} of {0} points to measure", outcome.n_points)
+                      : fmt::format("0 of {} points: {}", outcome.n_points, outcome.detail);
+    last.done_before = false;
+    if (!outcome.missing.empty() && !recorded) {
+      last.missing = {measure->plan_check.empty()
+                          ? "a real stage needs the record of a plan check: name a file in "
+                            "\"plan_check\", and write it by `trammel protocol check --record`"
+                          : measure->plan_check.string() +
+                                " is not there: `trammel protocol check --record` writes it"};
+    }
   }
   return steps;
 }
 
-Outcome run(store::Connection& connection, const Protocol& protocol,
-            const session::Surroundings& surroundings,
-            const std::function<void(const StepOutcome&)>& tell) {
-  Run state{connection, protocol, surroundings};
+std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol,
+                                 const Requests& requests) {
+  std::map<std::string, StepOutcome> checked;
+  for (const StepOutcome& step : preflight(protocol, requests)) checked[step.name] = step;
+  const Look look{connection, protocol, checked};
+  std::vector<StepOutcome> steps;
+  for (const Step& step : protocol.steps) {
+    steps.push_back(
+        std::visit([&](const auto& what) { return look_at(look, step.name, what); }, step.what));
+  }
+  return steps;
+}
+
+Outcome run(store::Connection& connection, const Protocol& protocol, const Requests& requests,
+            const session::Surroundings& surroundings, const Person& person) {
+  Run state{connection, protocol, requests, surroundings, person};
   Outcome outcome;
   for (const Step& step : protocol.steps) {
     const auto execute = [&](const auto& what) { return run_step(state, step.name, what); };
     outcome.steps.push_back(std::visit(execute, step.what));
-    tell(outcome.steps.back());
+    person.tell(outcome.steps.back());
     outcome.code = outcome.steps.back().code;
     if (outcome.code != ExitCode::ok) break;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,11 +13,13 @@ namespace trammel::protocol {
 
 struct StepOutcome {
   std::string name;
-  std::string kind;                        // "measure", "calibrate", "diagnose"
+  std::string kind;                        // "measure", "calibrate", …
   bool done_before = false;                // stored by an earlier run: nothing was repeated
-  bool skipped = false;                    // there was nothing to measure
+  bool skipped = false;                    // there was nothing to measure, or to ask for
   std::string detail = {};                 // "80 points", "job 3"
   std::vector<Violation> violations = {};  // why nothing moved
+  std::vector<std::string> missing = {};   // the same: what a real stage asks for and has not got
+  double estimated_s = 0;                  // of what is left to measure, before it begins
   ExitCode code = ExitCode::ok;
 };
 
@@ -25,23 +28,39 @@ struct Outcome {
   ExitCode code = ExitCode::ok;
 };
 
+/// Every measure step by its name, as a session is begun with: its devices opened for their
+/// mechanism, its plan made (none yet where it is suggested). No real device is spoken to. Throws
+/// as open_devices, read_plan and grid_plan.
+using Requests = std::map<std::string, session::Request>;
+Requests requests_of(const Protocol& protocol);
+
+/// Checks the plan of every measure step that has one by now, without correction: an outcome each,
+/// with its violations, what is missing and how long it takes. Nothing is stored. Proof:
+/// tests/app/protocol/any_test.cpp.
+std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& requests);
+
+/// Who sits beside a run.
+struct Person {
+  std::function<void(const StepOutcome&)> tell;  // hears each step as it ends
+  /// Whether what the pause `name` asks for is done. No: the run ends there (exit 130).
+  std::function<bool(const std::string& name, const std::string& ask)> confirms =
+      [](const auto&, const auto&) { return false; };
+};
+
 /// Executes the steps in order into the campaign of the protocol's name. Whatever an earlier run
 /// has stored is kept: a session goes on at its first missing point, a job of the same key is
 /// reused. Suggested points are skipped where the diagnosis suggests none, and later steps
-/// go on without them. A step that is stopped or faults ends the run with its exit code. `tell`
-/// hears each step as it ends. Proof: killed at random times and run again, the final numbers are
-/// those of an undisturbed run (demo_test.cpp).
-Outcome run(store::Connection& connection, const Protocol& protocol,
-            const session::Surroundings& surroundings,
-            const std::function<void(const StepOutcome&)>& tell);
+/// go on without them. A pause is over when the measure step after it has begun, whose log it
+/// stands in. A step that is stopped or faults ends the run with its exit code. Proof: killed at
+/// random times and run again, the final numbers are those of an undisturbed run (demo_test.cpp);
+/// killed in every step, any_test.cpp.
+Outcome run(store::Connection& connection, const Protocol& protocol, const Requests& requests,
+            const session::Surroundings& surroundings, const Person& person);
 
-/// Opens the robot and checks the plan of every measure step that has one by now, without
-/// correction: the steps that are not safe, none when all may start. Nothing is stored. Throws as
-/// open_devices.
-std::vector<StepOutcome> preflight(const Protocol& protocol);
-
-/// What `run` would do, step by step: done_before tells what is stored, detail what is left.
-/// Nothing is stored and nothing moves; `connection` may be null where there is no database yet.
-std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol);
+/// What `run` would do, step by step: done_before tells what is stored, detail what is left, and
+/// estimated_s how long that takes. Nothing is stored and nothing moves; `connection` may be null
+/// where there is no database yet.
+std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol,
+                                 const Requests& requests);
 
 }  // namespace trammel::protocol

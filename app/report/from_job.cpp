@@ -4,6 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/job/run.hpp"
+#include "app/report/story.hpp"
+
 namespace trammel::report {
 
 namespace {
@@ -49,12 +52,12 @@ Identification identification_of(const store::Job& lsq) {
   for (const Json& p : details.at("parameters")) {
     found.parameters.push_back(parameter_row(p, "change"));
   }
-  for (const Json& p : details.at("identified")) {
+  for (const Json& p : details.value("identified", Json::array())) {  // none in older versions
     if (!p.at("alone").get<bool>()) found.combinations.push_back(parameter_row(p, "change"));
   }
   found.words = result.at("words");
   found.sigma_ratio = details.at("sigma_ratio");
-  found.explained = details.at("explained");
+  found.explained = details.value("explained", found.explained);
   const Json parameters = Json::parse(lsq.data.parameters_json);
   if (parameters.value("attitude_weight", 1.0) == 1) found.why_attitude = why_attitude(details);
   return found;
@@ -82,6 +85,21 @@ NetworkFit network_of(const store::Job& rbf) {
 
 std::string picked_of(const store::Job& contest) {
   return Json::parse(contest.data.result_json).at("details").value("picked", "");
+}
+
+std::string why_not_shown(const store::Job& job) {
+  try {
+    const Json result = Json::parse(job.data.result_json);
+    if (job.data.stage == "lsq") static_cast<void>(identification_of(job));
+    if (job.data.stage == "rbf") static_cast<void>(network_of(job));
+    if (job.data.stage == "diagnose") static_cast<void>(round_of(job));
+    static_cast<void>(job::correction_of(job.data.result_json));
+    return "";
+  } catch (const Json::exception& error) {
+    return error.what();
+  } catch (const Error& error) {
+    return error.text().what;
+  }
 }
 
 }  // namespace trammel::report

@@ -262,7 +262,8 @@ void add_new_epochs(Report& report, const std::vector<Comparison>& compared) {
 
 Report gather(store::Connection& connection, const store::CampaignRow& campaign) {
   const Measured measured = load_measured(connection, campaign);
-  const Jobs jobs = chosen_jobs(connection, campaign.id, measured);
+  std::vector<std::string> left_out;
+  const Jobs jobs = chosen_jobs(connection, campaign.id, measured, &left_out);
   const std::vector<const store::Job*> methods = in_order(jobs);
   Report report{.campaign = campaign.name,
                 .simulated = campaign.simulated,
@@ -311,6 +312,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   add_origin(report, connection, campaign.id, measured);
   add_budget(report, connection, measured, compared);
   report.remarks = remarks_on(report);
+  report.remarks.insert(report.remarks.end(), left_out.begin(), left_out.end());
   for (const Suspicion& s : screened(measured.campaign)) {
     if (rule_of(s.kind).gravity != Gravity::remark)
       report.remarks.push_back("The screen: " + in_words(s) + ".");

@@ -1,8 +1,11 @@
 #include "app/report/methods.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "app/job/next_points_plan.hpp"
+#include "app/report/from_job.hpp"
 #include "app/report/report.hpp"
 
 namespace trammel::report {
@@ -20,7 +23,8 @@ bool asked_for(const Group& group) { return group.walk->session.plan_name == job
 
 }  // namespace
 
-Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Measured& measured) {
+Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Measured& measured,
+                 std::vector<std::string>* left_out) {
   Jobs jobs;
   const auto is_used = [&measured](store::Id id) {
     return std::ranges::any_of(
@@ -33,7 +37,17 @@ Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Mea
       if (known_used && !used) continue;
       if (known_used == used && known->second.id > row.id) continue;
     }
-    jobs.insert_or_assign(row.stage, store::get_job(connection, row.id));
+    store::Job job = store::get_job(connection, row.id);
+    if (const std::string why = why_not_shown(job); !why.empty()) {
+      if (left_out != nullptr) {
+        left_out->push_back(fmt::format(
+            "Job {} ({}, version {}) is left out: its result is not of a form that this program "
+            "reads ({}). `trammel job rerun {}` computes it anew.",
+            row.id, row.stage, job.data.algorithm_version, why, row.id));
+      }
+      continue;
+    }
+    jobs.insert_or_assign(row.stage, std::move(job));
   }
   for (store::Job& job : corrections_by_name(measured, campaign_id)) {
     if (!is_used(job.id)) continue;

@@ -28,6 +28,36 @@ EffectRow effect_row(const Json& effect) {
   return row;
 }
 
+bool within(const std::vector<store::Id>& some, const std::vector<store::Id>& all) {
+  return std::all_of(some.begin(), some.end(), [&all](store::Id id) {
+    return std::find(all.begin(), all.end(), id) != all.end();
+  });
+}
+
+/// Counts the readings of each session that the job used, by what they were used for.
+void add_points(StoryRound& round, const Measured& measured, const store::Job& job,
+                const std::vector<store::Id>& known) {
+  const Seen seen = seen_by(measured, job);
+  for (const Walk& walk : measured.walks) {
+    if (!within({walk.session.id}, job.data.sessions)) continue;
+    const auto n_identify =
+        static_cast<int>(std::count_if(walk.visits.begin(), walk.visits.end(), [](const Visit& v) {
+          return v.reading.set == ReadingSet::identify;
+        }));
+    const auto n_validate =
+        static_cast<int>(std::count_if(walk.visits.begin(), walk.visits.end(), [&](const Visit& v) {
+          return v.reading.set == ReadingSet::validate &&
+                 seen.standing(v.reading) == Standing::unseen;
+        }));
+    if (n_identify > 0 && !within({walk.session.id}, known)) {
+      round.fitted.push_back({walk.session.name, n_identify});
+    }
+    if (n_validate > 0) round.judged.push_back({walk.session.name, n_validate});
+  }
+}
+
+}  // namespace
+
 StoryRound round_of(const store::Job& job) {
   const Json details = Json::parse(job.data.result_json).at("details");
   StoryRound round{.job_id = job.id,
@@ -59,36 +89,6 @@ StoryRound round_of(const store::Job& job) {
   return round;
 }
 
-bool within(const std::vector<store::Id>& some, const std::vector<store::Id>& all) {
-  return std::all_of(some.begin(), some.end(), [&all](store::Id id) {
-    return std::find(all.begin(), all.end(), id) != all.end();
-  });
-}
-
-/// Counts the readings of each session that the job used, by what they were used for.
-void add_points(StoryRound& round, const Measured& measured, const store::Job& job,
-                const std::vector<store::Id>& known) {
-  const Seen seen = seen_by(measured, job);
-  for (const Walk& walk : measured.walks) {
-    if (!within({walk.session.id}, job.data.sessions)) continue;
-    const auto n_identify =
-        static_cast<int>(std::count_if(walk.visits.begin(), walk.visits.end(), [](const Visit& v) {
-          return v.reading.set == ReadingSet::identify;
-        }));
-    const auto n_validate =
-        static_cast<int>(std::count_if(walk.visits.begin(), walk.visits.end(), [&](const Visit& v) {
-          return v.reading.set == ReadingSet::validate &&
-                 seen.standing(v.reading) == Standing::unseen;
-        }));
-    if (n_identify > 0 && !within({walk.session.id}, known)) {
-      round.fitted.push_back({walk.session.name, n_identify});
-    }
-    if (n_validate > 0) round.judged.push_back({walk.session.name, n_validate});
-  }
-}
-
-}  // namespace
-
 std::vector<StoryRound> story_of(store::Connection& connection, const Measured& measured,
                                  const store::Job& last) {
   std::vector<StoryRound> story;
@@ -103,6 +103,7 @@ std::vector<StoryRound> story_of(store::Connection& connection, const Measured& 
         !within(job.data.sessions, last.data.sessions)) {
       continue;
     }
+    if (!why_not_shown(job).empty()) continue;
     story.push_back(round_of(job));
     add_points(story.back(), measured, job, known);
     known = job.data.sessions;

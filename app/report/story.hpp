@@ -62,8 +62,13 @@ struct StoryRound {
   std::vector<std::string> next_why = {};  // what those points are for, each once
 };
 
+/// What a diagnosis found; its points are not counted. Throws nlohmann's exceptions for a result of
+/// another form.
+StoryRound round_of(const store::Job& job);
+
 /// The diagnoses that led to `last`: of the same parameters, on some of its sessions, each key
-/// once, in order. Proof: the demo's story (demo_test.cpp).
+/// once, in order; those whose result can't be read are passed over. Proof: the demo's story
+/// (demo_test.cpp).
 std::vector<StoryRound> story_of(store::Connection& connection, const Measured& measured,
                                  const store::Job& last);
 

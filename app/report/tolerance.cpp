@@ -6,12 +6,15 @@
 #include <cmath>
 #include <utility>
 
+#include "app/files/budget_json.hpp"
 #include "app/report/assess/assessment.hpp"
 #include "app/report/measured.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/print.hpp"
+#include "app/terminal/lines.hpp"
 #include "app/terminal/table.hpp"
 #include "core/error.hpp"
+#include "core/judge/budget.hpp"
 #include "core/measure/noise.hpp"
 
 namespace trammel::report {
@@ -34,13 +37,14 @@ const assess::Judged& set_of(const assess::Assessment& assessment, const ErrorTa
 }
 
 void judge_table(JudgedPoints& judged, store::Connection& connection,
-                 const store::CampaignRow& campaign, const ErrorTable& table) {
+                 const store::CampaignRow& campaign, const ErrorTable& table,
+                 double U_measured_mm) {
   judged.method = table.method;
   judged.session = table.session;
   judged.standing = table.standing;
   judged.predicted = table.after_predicted;
   for (const PointError& p : table.points) {
-    judged.points.push_back({p.x_mm, p.y_mm, p.after, 2 * judged.u_reading_mm});
+    judged.points.push_back({p.x_mm, p.y_mm, p.after, U_measured_mm});
   }
   if (!judged.predicted) return;
   const assess::Assessment assessment =
@@ -54,7 +58,7 @@ void judge_table(JudgedPoints& judged, store::Connection& connection,
   }
 }
 
-void judge_baseline(JudgedPoints& judged, const Measured& measured) {
+void judge_baseline(JudgedPoints& judged, const Measured& measured, double U_measured_mm) {
   for (const Group& group : baseline_groups(measured)) {
     const std::string& name = group.walk->session.name;
     if (judged.session.find(name) == std::string::npos) {
@@ -64,7 +68,7 @@ void judge_baseline(JudgedPoints& judged, const Measured& measured) {
       const Reading& r = visit->reading;
       judged.points.push_back({r.target.x_mm, r.target.y_mm,
                                error_in(Figure::position_mm, *r.measured, r.target),
-                               2 * judged.u_reading_mm});
+                               U_measured_mm});
     }
   }
 }
@@ -74,12 +78,21 @@ void judge_baseline(JudgedPoints& judged, const Measured& measured) {
 JudgedPoints judged_points(store::Connection& connection, const store::CampaignRow& campaign,
                            const Report& report) {
   const Measured measured = load_measured(connection, campaign);
-  JudgedPoints judged{.U_from = "twice the noise of a reading",
-                      .u_reading_mm = noise_level(measured.campaign).sigma.xy_mm};
+  const NoiseLevel noise = noise_level(measured.campaign);
+  const auto budget =
+      budget_of(measured.campaign, budget_facts(measured.campaign), noise, std::nullopt);
+  const double u_mm = noise.sigma.xy_mm, beside_mm = combined_mm(budget, false);
+  const double U_measured_mm = 2 * std::hypot(u_mm, beside_mm);
+  JudgedPoints judged{.u_reading_mm = u_mm};
+  judged.U_from = budget.empty() ? "twice the noise of a reading"
+                                 : fmt::format(
+                                       "twice the root of the squares of the noise of a "
+                                       "reading, {:.4f} mm, and of the budget, {:.4f} mm",
+                                       u_mm, beside_mm);
   if (const ErrorTable* best = best_table(report)) {
-    judge_table(judged, connection, campaign, *best);
+    judge_table(judged, connection, campaign, *best, U_measured_mm);
   } else {
-    judge_baseline(judged, measured);
+    judge_baseline(judged, measured, U_measured_mm);
   }
   return judged;
 }

@@ -31,9 +31,11 @@ struct JudgedPoints {
 };
 
 /// The points of best_table under its correction; without a calibration all baseline points as they
-/// are. U of an error that was measured is twice the noise of a reading; of one that is predicted,
-/// what `assess` makes of the job, with that noise; none beyond its range. Throws InputError where
-/// the noise is not known.
+/// are. U (k = 2) of an error that was measured:
+///   U = 2 sqrt(u_reading^2 + u_budget^2),   u_budget: all rows but the model's (budget_of)
+/// the model is not asked: what it left was measured. Of one that is predicted: what `assess` makes
+/// of the job, budget and all, with the noise of a reading; none beyond its range. Throws
+/// InputError where the noise is not known. Proof: tolerance_report_test.cpp.
 JudgedPoints judged_points(store::Connection& connection, const store::CampaignRow& campaign,
                            const Report& report);
 

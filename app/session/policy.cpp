@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/session/written.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -142,6 +143,26 @@ Policy read_policy(const nlohmann::json& json) {
   policy.base_every = json.value("base_every", 0);
   for (const OptionalNumber& n : kOptional) {
     if (json.contains(n.key)) policy.*n.value = json.at(n.key).get<double>();
+  }
+  return policy;
+}
+
+Policy read_policy(Fields fields, const Policy& absent) {
+  Policy policy = absent;
+  for (const Number& n : kNumbers) policy.*n.value = fields.number(n.key, absent.*n.value);
+  for (const OptionalNumber& n : kOptional) {
+    if (fields.has(n.key)) policy.*n.value = fields.number(n.key);
+  }
+  policy.reference_every = fields.integer("reference_every", absent.reference_every);
+  policy.base_every = fields.integer("base_every", absent.base_every);
+  fields.done();
+  try {
+    validate(policy);
+  } catch (const UsageError& error) {
+    const std::string& field = error.text().where.field;
+    const bool band = field == "temperature";
+    fields.refuse(band ? (fields.has("low_degc") ? "low_degc" : "high_degc") : field,
+                  error.text().what, error.text().expected);
   }
   return policy;
 }

@@ -61,15 +61,6 @@ store::CampaignRow campaign_for(store::Connection& connection, const Request& re
   return store::require_campaign(connection, request.campaign);
 }
 
-/// What is checked is the speed the stage is set to; its own cap holds where it is lower.
-CheckOptions check_for(CheckOptions check, const device::Motion& motion) {
-  if (motion.speed_mm_s > 0) check.speed_mm_s = motion.speed_mm_s;
-  if (motion.max_speed_mm_s > 0) {
-    check.max_speed_mm_s = std::min(check.max_speed_mm_s, motion.max_speed_mm_s);
-  }
-  return check;
-}
-
 /// What a new session follows: number and time go on from the sessions before.
 Settings settings_after(const std::vector<store::SessionRow>& sessions, const Request& request,
                         const device::Devices& devices) {
@@ -278,6 +269,14 @@ Outcome checked_again(const Course& course, const device::Devices& devices) {
 
 }  // namespace
 
+CheckOptions check_for(CheckOptions check, const device::Motion& motion) {
+  if (motion.speed_mm_s > 0) check.speed_mm_s = motion.speed_mm_s;
+  if (motion.max_speed_mm_s > 0) {
+    check.max_speed_mm_s = std::min(check.max_speed_mm_s, motion.max_speed_mm_s);
+  }
+  return check;
+}
+
 void really_sleep(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
@@ -326,6 +325,9 @@ Outcome run(store::Connection& connection, const Request& request,
   const store::Id id = store::create_session(connection, new_session(course, request));
   course.session = store::get_session(connection, id);
   note_jump(connection, id, start);
+  for (const std::string& what : request.confirmed) {
+    store::add_event(connection, id, "confirmed", what);
+  }
   store::add_event(connection, id, "checked",
                    fmt::format("{} points, plan {}, estimated {}", looked.n_points,
                                looked.plan_sha256, terminal::clock_text(looked.estimated_s)));

@@ -30,7 +30,11 @@ struct Request {
   double pause_s = 600;         // simulated time since the end of the session before
   bool new_set_up = false;      // homed and framed anew: an epoch of its own
   std::map<std::string, std::string> facts = {};  // of a campaign that is made, beside its devices
+  std::vector<std::string> confirmed = {};        // what a person did before it begins, for its log
 };
+
+/// What is checked is the speed the stage is set to; its own cap holds where it is lower.
+CheckOptions check_for(CheckOptions check, const device::Motion& motion);
 
 void really_sleep(double seconds);
 

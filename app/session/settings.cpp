@@ -3,6 +3,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "app/session/written.hpp"
 #include "core/error.hpp"
 
 namespace trammel::session {
@@ -36,6 +37,16 @@ nlohmann::json check_json(const CheckOptions& check) {
 CheckOptions read_check(const SortedJson& json) {
   CheckOptions check;
   for (const Margin& m : kMargins) check.*m.value = json.value(m.key, check.*m.value);
+  return check;
+}
+
+CheckOptions read_check(Fields fields, const CheckOptions& absent) {
+  CheckOptions check;
+  for (const Margin& m : kMargins) {
+    check.*m.value = fields.number(m.key, absent.*m.value);
+    if (check.*m.value < 0) fields.refuse(m.key, "a margin that checks nothing", "0 or more");
+  }
+  fields.done();
   return check;
 }
 

@@ -41,7 +41,7 @@ std::string deviation_words(const CircleDeviation& d) {
 }  // namespace
 
 Json circle_section(const Source& source) {
-  const char* title = "Circles, deviations magnified (the paper's Fig. 20)";
+  const std::string title = "Circles, deviations magnified" + of_the_paper(source, "Fig. 20");
   Json items = Json::array();
   if (source.circles.empty() || !source.report.circles) {
     items.push_back(absent("circles", title, "This campaign has no points on circles."));

@@ -82,7 +82,8 @@ Json identification_table(const Source& source) {
                        p.paper ? fmt::format("{:.4f}", *p.paper) : "-"}));
     }
   }
-  return table(
+  return table_beside_paper(
+      source,
       {"identified", title,
        fmt::format("Change from nominal, in-sample; rank {} of {} columns; u: one standard "
                    "uncertainty; residuals are {:.1f} times the noise",

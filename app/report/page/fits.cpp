@@ -28,7 +28,8 @@ Json three(const Eigen::Vector3d& error) {
 }
 
 Json sensitivity_figure(const Source& source) {
-  const char* title = "Share of each error source in the pose error (the paper's Fig. 4)";
+  const std::string title =
+      "Share of each error source in the pose error" + of_the_paper(source, "Fig. 4");
   const SourceErrors errors;
   try {
     const std::vector<Pose> poses = lattice(kSensitivityHalfWidth_mm, kSensitivityStep_mm);
@@ -68,7 +69,7 @@ Json network_set(const Source& source, const MapCorrection& map,
 }
 
 Json network_figure(const Source& source) {
-  const char* title = "Network against measurement (the paper's Fig. 17)";
+  const std::string title = "Network against measurement" + of_the_paper(source, "Fig. 17");
   const auto rbf = source.jobs.find("rbf");
   if (rbf == source.jobs.end()) {
     return absent("network", title, "No network was trained: trammel calibrate rbf CAMPAIGN.");
@@ -106,9 +107,9 @@ Json network_figure(const Source& source) {
 Json simulated_figure(const Source& source, const Comparison& c) {
   if (!believes_a_robot(c)) return nullptr;
   const std::string id = "simulated-" + id_of(source, c);
-  const std::string title =
-      fmt::format("Simulated against measured error: {}{}", words_of(c),
-                  c.job->data.stage == "lsq" && c.in_sample() ? " (the paper's Fig. 8)" : "");
+  const std::string title = fmt::format(
+      "Simulated against measured error: {}{}", words_of(c),
+      c.job->data.stage == "lsq" && c.in_sample() ? of_the_paper(source, "Fig. 8") : "");
   std::vector<Reading> readings;
   for (const Pair& pair : c.paired.pairs) readings.push_back(pair.before->reading);
   Json measured = Json::array(), simulation = Json::array();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "app/report/page/source.hpp"
 #include "core/judge/deviation.hpp"
@@ -94,16 +95,14 @@ Json points_json(const Field& field) {
   return points;
 }
 
-std::string paper_number(const Comparison& c, Figure figure) {
-  const std::string id =
-      fmt::format("{}-{}-{}", method_of(*c.job), c.paired.pairs.size(), word_of(figure));
-  if (id == "lsq-80-position") return " (the paper's Fig. 9)";
-  if (id == "lsq-80-attitude") return " (the paper's Fig. 10)";
-  if (id == "idw-48-position") return " (the paper's Fig. 13)";
-  if (id == "idw-48-attitude") return " (the paper's Fig. 14)";
-  if (id == "rbf-48-position") return " (the paper's Fig. 18)";
-  if (id == "rbf-48-attitude") return " (the paper's Fig. 19)";
-  return "";
+std::string paper_number(const Source& source, const Comparison& c, Figure figure) {
+  static const std::map<std::string, const char*> figures = {
+      {"lsq-80-position", "Fig. 9"},  {"lsq-80-attitude", "Fig. 10"},
+      {"idw-48-position", "Fig. 13"}, {"idw-48-attitude", "Fig. 14"},
+      {"rbf-48-position", "Fig. 18"}, {"rbf-48-attitude", "Fig. 19"}};
+  const auto at = figures.find(
+      fmt::format("{}-{}-{}", method_of(*c.job), c.paired.pairs.size(), word_of(figure)));
+  return at == figures.end() ? "" : of_the_paper(source, at->second);
 }
 
 /// What both kinds of picture say of their colours.
@@ -118,7 +117,7 @@ Json surface_figure(const Source& source, const Comparison& c, Figure figure) {
   const bool position = figure == Figure::position_mm;
   const std::string id = fmt::format("surface-{}-{}", id_of(source, c), word_of(figure));
   const std::string title = fmt::format("{} error: {}{}", position ? "Position" : "Attitude",
-                                        words_of(c), paper_number(c, figure));
+                                        words_of(c), paper_number(source, c, figure));
   const Field field = field_of(c);
   const auto surface = thin_plate(field.places, field.errors);
   if (!surface) return absent(id, title, "The points lie on one line: there is no surface.");

@@ -63,7 +63,8 @@ Json method_section(const Source& source) {
   for (const ErrorTable& t : source.report.tables) rows.push_back(summary_row(t));
   items.push_back(fold(
       "all-errors", "All errors in one table", false,
-      Json::array({table(
+      Json::array({table_beside_paper(
+          source,
           {"errors", "All errors",
            "in-sample: the points that were fitted judge the fit. held-out: points "
            "no fit has seen. p95: 95 % of the errors are smaller."},

@@ -42,6 +42,19 @@ std::string set_words(const Comparison& c) {
                      c.paired.predicted ? "predicted from the readings before" : "measured again");
 }
 
+std::string of_the_paper(const Source& source, const char* figure) {
+  return source.report.published ? fmt::format(" (the paper's {})", figure) : "";
+}
+
+Json table_beside_paper(const Source& source, const FigureHead& head,
+                        std::vector<std::string> columns, Json rows) {
+  if (!source.report.published) {
+    columns.pop_back();
+    for (Json& row : rows) row.erase(row.size() - 1);
+  }
+  return table(head, columns, std::move(rows));
+}
+
 std::string words_of(const Comparison& c) {
   return fmt::format("{}, {} points, {}", method_words(method_of(*c.job)), c.paired.pairs.size(),
                      name_of(c.standing));

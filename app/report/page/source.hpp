@@ -40,6 +40,11 @@ Json facts_section(const Source& source);
 std::string id_of(const Source& source, const Comparison& comparison);
 /// "least squares on the geometry, 80 points: in-sample, measured again"
 std::string words_of(const Comparison& comparison);
+/// " (the paper's Fig. 9)" of a campaign that carries the paper's figures; else "".
+std::string of_the_paper(const Source& source, const char* figure);
+/// `table`, whose last column is the paper's: without it where the campaign carries no such figures.
+Json table_beside_paper(const Source& source, const FigureHead& head,
+                        std::vector<std::string> columns, Json rows);
 /// What is judged and how "after" is known.
 std::string set_words(const Comparison& comparison);
 

@@ -71,6 +71,7 @@ const std::map<std::string, Words>& examples() {
       {"demo", {"demo"}},
       {"template", {"stage", "galil"}},
       {"protocol run", {"demo/protocol.json"}},
+      {"protocol check", {"demo/protocol.json"}},
       {"plan create", {"lattice", "--step", "50", "--out", "made.json"}},
       {"plan show", {"plan.json"}},
       {"plan check", {"plan.json", "--identifiability"}},
