@@ -367,10 +367,11 @@ std::string Runner::exclude(const std::vector<PlannedPoint>& points, const std::
 
 /// A pose that is not where it was sent contradicts what is stored: a mistake that explains it
 /// explains all; and while there is but one reading, judged by its target alone, nothing tells
-/// which of the two is right.
+/// which of the two is right, nor whether it was of now where answers come too late or are old.
 Failure Runner::with_those_in_doubt(Failure failure) {
-  const bool all = failure.cause == Cause::gross;
-  if (all || (failure.cause == Cause::elsewhere && measured_.size() == 1)) {
+  const bool late = failure.cause == Cause::device && failure.status == device::Status::timeout;
+  const bool one = measured_.size() == 1 && (late || failure.cause == Cause::elsewhere);
+  if (one || failure.cause == Cause::gross) {
     failure.detail += exclude(course_.plan.points, failure.words());
   }
   return failure;
