@@ -149,7 +149,8 @@ StageReport GalilStage::stop() {
 /// call then finds its axes stopped (SC 4) and ends.
 StageReport GalilStage::stop_beside() const {
   try {
-    GalilWire wire(settings_.controller, settings_.connect_timeout_s, settings_.reply_timeout_s);
+    GalilWire wire(settings_.controller, settings_.connect_timeout_s, settings_.reply_timeout_s,
+                   "ST" + letters_of(settings_.axes));
     if (bring_to_rest(wire, settings_)) {
       return {Status::ok, "", ask_displacements(wire, settings_.axes, "TP"),
               ask_displacements(wire, settings_.axes, "RP")};

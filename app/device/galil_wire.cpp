@@ -60,8 +60,13 @@ std::optional<GalilReply> GalilReplyCutter::next() {
 
 std::string GalilReplyCutter::take_unsolicited() { return std::exchange(unsolicited_, {}); }
 
-GalilWire::GalilWire(const Endpoint& to, double connect_timeout_s, double reply_timeout_s)
+GalilWire::GalilWire(const Endpoint& to, double connect_timeout_s, double reply_timeout_s,
+                     const std::string& first)
     : link_(to, in_s(connect_timeout_s)), reply_timeout_s_(reply_timeout_s) {
+  if (!first.empty()) {
+    send(first);
+    static_cast<void>(receive(first, in_s(reply_timeout_s_)));
+  }
   command("EO 0");
   command("CW 1");
 }

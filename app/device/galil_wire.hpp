@@ -48,8 +48,10 @@ inline constexpr std::size_t kGalilLineBytes = 80;
 class GalilWire {
  public:
   /// Connects, turns echo off (EO 0) and marks unsolicited text (CW 1). Throws LinkError,
-  /// GalilRefusal.
-  GalilWire(const Endpoint& to, double connect_timeout_s, double reply_timeout_s);
+  /// GalilRefusal. `first` is sent at once, before anything is waited for: a stop that a slow line
+  /// must not hold back. Whether it was refused is for who asks next.
+  GalilWire(const Endpoint& to, double connect_timeout_s, double reply_timeout_s,
+            const std::string& first = {});
 
   /// Sends one command that may be refused. Throws GalilRefusal with the text of TC1; LinkError
   /// when the outcome is unknown.

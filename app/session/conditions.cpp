@@ -97,22 +97,17 @@ Runner::Found Runner::look_at_base(const PlannedPoint& point, bool suspended) {
 }
 
 /// After the last point, so that a drift under it is on record too, and a tracker that was knocked
-/// meanwhile ends no session that is done. One that fails now spoils no reading.
+/// meanwhile ends no session that is done. Where it can't be looked at, a resume settles it.
 void Runner::look_at_base_once_more() {
   const bool sees = devices_->virtual_time ? course_.settings.policy.base_every > 0
                                            : devices_->tracker->sees_base();
   if (!sees || since_base_ == 0 || asked_to_stop()) return;
-  const int since = since_base_;
   const Found found = look_at_base(course_.plan.points.back(), false);
   if (found.failure.any()) {
-    progress_->say("base nests after the last point: " + found.failure.words());
+    end_with(found.failure, "base nests after the last point");
   } else if (!found.bad.empty()) {
-    fail(fmt::format(
-             "{} after the last point: the last {} points are in doubt; a resume measures the "
-             "last of them again, and is done where they are where they were or are "
-             "excluded",
-             found.bad, since),
-         ExitCode::safety_stop);
+    progress_->say(found.bad + " after the last point: the last ones are measured again");
+    static_cast<void>(settle(doubt(), found.bad + " after the last point"));
   }
 }
 
@@ -136,6 +131,12 @@ bool Runner::conditions_hold(const PlannedPoint& point) {
     if (wish >= Wish::stop || tired) {
       if (tired) {
         detail_ = fmt::format("conditions stayed bad for {:g} s: {}", waited_s, found.bad);
+      }
+      // A step was seen at the point that made it: what is stored comes before it.
+      const Doubt unproven = doubt();
+      if (unproven.moved && stepped_.empty()) {
+        if (detail_.empty()) detail_ = "stopped by " + surroundings_.stopped_by();
+        detail_ += exclude(unproven.points, found.bad);
       }
       advance(Event::stop_asked);
       return false;

@@ -55,7 +55,7 @@ std::string Failure::words() const {
 }
 
 ExitCode Failure::exit_code() const {
-  if (cause == Cause::unsafe) return ExitCode::safety_stop;
+  if (cause == Cause::unsafe || cause == Cause::elsewhere) return ExitCode::safety_stop;
   if (cause == Cause::gross) return ExitCode::invalid_data;
   return cause == Cause::storage ? ExitCode::storage : ExitCode::device;
 }

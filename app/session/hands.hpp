@@ -24,11 +24,12 @@ struct [[nodiscard]] Failure {
     none,
     device,     // as `status` says; may be tried again where its rule allows
     hung,       // a call did not return: never again
-    unsafe,     // what was to be sent, or what was measured, is outside what was checked
+    unsafe,     // what was to be sent, or where the rails stand, is outside what was checked
     storage,    // the database did not take it
     stepped,    // the deviations have made a step: is the set-up where it was?
     cancelled,  // the operator wants it to stop at once
-    gross,      // what was measured is explained by a gross mistake (core/measure/gross.hpp)
+    elsewhere,  // the platform was measured where it was not sent
+    gross,      // the same, explained by a gross mistake (core/measure/gross.hpp)
   };
   Cause cause = Cause::none;
   device::Status status = device::Status::ok;

@@ -199,7 +199,7 @@ Failure Runner::beyond_gate(const store::NewReading& stored, const std::string& 
   campaign.readings.push_back(stored.reading);
   std::vector<Suspicion> found = gross_mistakes(campaign);
   if (found.empty()) found = gross_mistakes_of_few(campaign);
-  if (found.empty()) return unsafe(how);
+  if (found.empty()) return {Cause::elsewhere, device::Status::fault, how};
   return {Cause::gross, device::Status::fault, how + "; the screen: " + gross_in_words(found)};
 }
 
@@ -208,11 +208,13 @@ bool Runner::sound_so_far() {
   const auto n = static_cast<int>(measured_.size());
   const bool due =
       n % kFewestScreened == 0 && std::has_single_bit(static_cast<unsigned>(n / kFewestScreened));
-  if (n < kFewestScreened || (!due && measured_.size() != course_.plan.points.size())) return true;
+  if (n < kFewestScreened || (!due && stood_.size() != course_.plan.points.size())) return true;
   const std::string names = gross_in_words(screened(so_far()));
   if (names.empty()) return true;
   static_cast<void>(hands_.stop());  // motion first, then the record
-  fail("the screen refuses the readings of this session: " + names, ExitCode::invalid_data);
+  std::string why = "the screen refuses the readings of this session: " + names;
+  why += exclude(course_.plan.points, why);
+  fail(why, ExitCode::invalid_data);
   return false;
 }
 
@@ -348,6 +350,36 @@ Failure Runner::wait_for_another_try(const Failure& failure) {
   return {};
 }
 
+/// What is stored and in doubt now is left out, and says so: later jobs use none of it. Returns how
+/// that is reported, in words.
+std::string Runner::exclude(const std::vector<PlannedPoint>& points, const std::string& why) {
+  constexpr std::size_t kMostWords = 900;  // of the 1000 characters that a reason may have
+  std::string seqs;
+  for (const PlannedPoint& point : points) {
+    const auto stored = measured_.find(point.seq);
+    if (stored == measured_.end()) continue;
+    const int seq = stored->second.data.reading.seq;
+    store::exclude_reading(connection_, course_.campaign.id, seq,
+                           "by the session: " + why.substr(0, kMostWords));
+    seqs += (seqs.empty() ? "" : ", ") + std::to_string(seq);
+    measured_.erase(stored);
+  }
+  if (seqs.empty()) return "";
+  return "; what is stored and in doubt is excluded: readings " + seqs;
+}
+
+/// A pose that is not where it was sent contradicts what is stored: a mistake that explains it
+/// explains all; and while there is but one reading, judged by its target alone, nothing tells
+/// which of the two is right, nor whether it was of now where answers come too late or are old.
+Failure Runner::with_those_in_doubt(Failure failure) {
+  const bool late = failure.cause == Cause::device && failure.status == device::Status::timeout;
+  const bool one = measured_.size() == 1 && (late || failure.cause == Cause::elsewhere);
+  if (one || failure.cause == Cause::gross) {
+    failure.detail += exclude(course_.plan.points, failure.words());
+  }
+  return failure;
+}
+
 bool Runner::measure_point(const PlannedPoint& point) {
   const Task task{.session = course_.session.id,
                   .session_name = course_.session.name,
@@ -363,7 +395,7 @@ bool Runner::measure_point(const PlannedPoint& point) {
     return false;
   }
   if (failure.any()) {
-    end_with(failure, fmt::format("point {}", point.seq));
+    end_with(with_those_in_doubt(failure), fmt::format("point {}", point.seq));
     return false;
   }
   stood_[point.seq] = {stored.reading.conditions.cmd_mm, stored.reading.conditions.from_mm};

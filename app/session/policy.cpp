@@ -65,8 +65,8 @@ class Smallest {
 
 }  // namespace
 
-PoseGate pose_gate(const Policy& policy, const Plan& plan,
-                   const std::optional<TrackerSigma>& sigma) {
+PoseGate pose_gate(const Policy& policy, const Plan& plan, const std::optional<TrackerSigma>& sigma,
+                   const std::optional<Pose>& home) {
   constexpr double kShare = 0.4, kSixOfDifference = 6 * 1.41421356237309505, kFirstMm = 5,
                    kRestMm = 0.1;
   constexpr double kMostDeg = 2, kFirstDeg = 3, kRestDeg = 0.05;
@@ -82,10 +82,23 @@ PoseGate pose_gate(const Policy& policy, const Plan& plan,
   const double noise_mm = sigma ? kSixOfDifference * sigma->xy_mm : 0;
   const double noise_deg = sigma ? kSixOfDifference * deg_from_rad(sigma->phi_rad) : 0;
   gate.xy_mm = policy.gate_mm.value_or(std::max(kShare * way_mm.value(), noise_mm));
-  gate.first_xy_mm = policy.gate_mm.value_or(std::max(gate.xy_mm, kFirstMm));
+  double first_mm = std::max(gate.xy_mm, kFirstMm);
+  double first_deg = std::max(kFirstDeg, noise_deg);
+  if (home && !plan.points.empty()) {
+    const Pose& first = plan.points.front().target;
+    const double from_mm = std::hypot(first.x_mm - home->x_mm, first.y_mm - home->y_mm);
+    const double from_deg = std::abs(deg_from_rad(first.phi_rad - home->phi_rad));
+    if (from_mm > kRestMm) {
+      first_mm = std::min(first_mm, std::max({kShare * from_mm, kFirstLeastMm, noise_mm}));
+    } else if (from_deg > kRestDeg) {
+      first_deg =
+          std::min(first_deg, std::max({kShare * from_deg, deg_from_rad(kLashRad), noise_deg}));
+    }
+  }
+  gate.first_xy_mm = policy.gate_mm.value_or(first_mm);
   gate.phi_rad =
       rad_from_deg(policy.gate_deg.value_or(std::max(kShare * turn_deg.value(), noise_deg)));
-  gate.first_phi_rad = rad_from_deg(policy.gate_deg.value_or(std::max(kFirstDeg, noise_deg)));
+  gate.first_phi_rad = rad_from_deg(policy.gate_deg.value_or(first_deg));
   return gate;
 }
 

@@ -45,12 +45,15 @@ struct Policy {
 ///   0.4 s + 0.02 d,   s the smallest way between neighbours in the plan; d the distance of that
 ///                     point
 ///   0.4 t + 0.02 |turn to it|,  t the smallest turn between neighbours, 2 deg at most
-/// and for the first point 5 mm (0.4 s where that is more) and 3 deg. Never more than 20 mm, never
-/// less than six sigma of a difference. A simulated tracker sees no other pose than it is asked
+/// and for the first point 5 mm (0.4 s where that is more) and 3 deg, but no more than 0.4 of the
+/// way, or else of the turn, from home to it, where the platform is measured when an answer is old
+/// (and no less than kFirstLeastMm and kLashRad). Never more than 20 mm, never less than six sigma
+/// of a difference. A simulated tracker sees no other pose than it is asked
 /// for: there 0.4 s and 0.4 t are no less than kLashMm and kLashRad, which a robot's lash may need
 /// where steps are small. Proof: tests/app/session/pose_gate_test.cpp.
 inline constexpr double kGateSlope = 0.02;  // mm per mm of distance, rad per rad of turn
 inline constexpr double kMostGateMm = 20;
+inline constexpr double kFirstLeastMm = 1;  // a robot not yet calibrated is off by so much
 inline constexpr double kLashMm = 0.5;
 inline constexpr double kLashRad = rad_from_deg(0.25);
 struct PoseGate {
@@ -61,8 +64,10 @@ struct PoseGate {
   bool stated_xy = false;  // by the policy
   bool stated_phi = false;
 };
-PoseGate pose_gate(const Policy& policy, const Plan& plan,
-                   const std::optional<TrackerSigma>& sigma);
+/// `home`: where the platform stands before the first point; nothing where that can't be measured
+/// for it.
+PoseGate pose_gate(const Policy& policy, const Plan& plan, const std::optional<TrackerSigma>& sigma,
+                   const std::optional<Pose>& home = {});
 
 /// Throws UsageError that names the option: not finite, negative, a band without room.
 void validate(const Policy& policy);

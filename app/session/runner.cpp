@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/error.hpp"
 #include "core/mechanism/machine_solver.hpp"
@@ -64,7 +65,9 @@ Runner::Runner(store::Connection& connection, std::shared_ptr<device::Devices> d
                  return false;  // a database that fails is met where something must be stored
                }
              }),
-      gate_(pose_gate(course.settings.policy, course.plan, devices_->sigma)) {}
+      gate_(pose_gate(
+          course.settings.policy, course.plan, devices_->sigma,
+          devices_->virtual_time ? std::nullopt : std::optional(devices_->mechanism.home))) {}
 
 void Runner::advance(Event event) {
   const std::optional<State> to = next(state_, event);
@@ -101,12 +104,16 @@ void Runner::learn_stored() {
   for (const store::Attempt& a : store::attempts(connection_, course_.session.id)) {
     if (a.status == "ok") seq_of[a.id] = a.point_seq;
   }
+  std::set<int> excluded;
+  for (const store::Exclusion& e : store::exclusions(connection_, course_.campaign.id)) {
+    excluded.insert(e.seq);
+  }
   for (const store::StoredReading& r :
        store::readings(connection_, course_.campaign.id, {course_.session.id})) {
     if (!r.attempt_id || !seq_of.contains(*r.attempt_id)) continue;
     const int seq = seq_of[*r.attempt_id];
     stood_[seq] = {r.data.reading.conditions.cmd_mm, r.data.reading.conditions.from_mm};
-    measured_.insert_or_assign(seq, r);
+    if (!excluded.contains(r.data.reading.seq)) measured_.insert_or_assign(seq, r);
   }
   for (const auto& [seq, stored] : measured_) learn_step(seq);
   open_.clear();
@@ -236,7 +243,9 @@ void Runner::count() {
     return fail(fmt::format("{} of {} points are stored", n_ok, n_points), ExitCode::storage);
   }
   advance(Event::counted);
-  note("done", fmt::format("{} points", n_ok));
+  const int n_excluded = n_ok - static_cast<int>(measured_.size());
+  note("done", fmt::format("{} points{}", n_ok,
+                           n_excluded > 0 ? fmt::format(", {} of them excluded", n_excluded) : ""));
 }
 
 }  // namespace trammel::session

@@ -66,6 +66,12 @@ class Runner {
     int epoch = 0;
   };
 
+  /// What no look at the base nests vouches for.
+  struct Doubt {
+    std::vector<PlannedPoint> points;
+    bool moved = false;  // the last look has found them moved
+  };
+
   // runner.cpp: from state to state
   Outcome walk_on(bool resuming, bool new_set_up);
   void advance(Event event);
@@ -95,15 +101,19 @@ class Runner {
   [[nodiscard]] bool sound_so_far();
   [[nodiscard]] Failure look_for_step(const store::NewReading& stored) const;
   void learn_step(int seq);
+  [[nodiscard]] std::string exclude(const std::vector<PlannedPoint>& points,
+                                    const std::string& why);
+  [[nodiscard]] Failure with_those_in_doubt(Failure failure);
   [[nodiscard]] Standing start_of(const PlannedPoint& point) const;
   [[nodiscard]] device::Occasion occasion_of(const PlannedPoint& point);
 
   // set_up.cpp: homing, epochs, reference points
   [[nodiscard]] bool set_up(bool resuming, bool new_set_up);
   [[nodiscard]] std::vector<PlannedPoint> references() const;
-  [[nodiscard]] std::vector<PlannedPoint> points_in_doubt() const;
-  [[nodiscard]] bool look_at(const std::vector<PlannedPoint>& points, const PlannedPoint& next,
-                             const ReferenceTolerance& tolerance, const char* if_moved);
+  [[nodiscard]] Doubt doubt() const;
+  [[nodiscard]] bool references_hold();
+  [[nodiscard]] bool settle(const Doubt& doubt, const std::string& when);
+  void begin_epoch(int number);
   Visit visit(const std::vector<PlannedPoint>& points, store::SetUp set_up,
               const ReferenceTolerance& tolerance, const PlannedPoint& next);
   Failure revisit(const store::StoredReading& before, const device::Occasion& occasion,
@@ -132,7 +142,7 @@ class Runner {
   State state_ = State::checked;
   store::Epoch epoch_;
   std::map<int, Standing> stood_;                 // by seq of the points that are stored
-  std::map<int, store::StoredReading> measured_;  // the same
+  std::map<int, store::StoredReading> measured_;  // the same, without those that are excluded
   PoseGate gate_;
   double usual_mm_ = 0;  // the largest difference between the deviations of neighbours so far
   std::string stepped_;  // what has made a step, in words, until the set-up was looked at

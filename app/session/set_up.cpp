@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "app/session/base_check.hpp"
 #include "app/session/runner.hpp"
@@ -80,30 +79,23 @@ std::vector<PlannedPoint> Runner::references() const {
   return marked.empty() ? first : marked;
 }
 
-/// Where the last look at the base nests has found them moved: the last points that were measured
-/// since the look before, but those that are excluded.
-std::vector<PlannedPoint> Runner::points_in_doubt() const {
-  bool off = false;
-  int trusted = 0;  // points
+/// The points stored since the last look at the base nests that found them in place.
+Runner::Doubt Runner::doubt() const {
+  Doubt doubt;
+  std::size_t trusted = 0;  // points
   for (const store::Event& event : store::events(connection_, course_.session.id)) {
     if (event.kind != kBaseEvent) continue;
     const std::optional<BaseCheck> check = read_base_check(event.detail);
     if (!check) continue;
-    off = check->off;
-    if (!off) trusted = check->after;
+    doubt.moved = check->off;
+    if (!check->off) trusted = static_cast<std::size_t>(check->after);
   }
-  std::set<int> excluded;
-  for (const store::Exclusion& e : store::exclusions(connection_, course_.campaign.id)) {
-    excluded.insert(e.seq);
+  for (std::size_t k = trusted; k < course_.plan.points.size(); ++k) {
+    if (measured_.contains(course_.plan.points[k].seq)) {
+      doubt.points.push_back(course_.plan.points[k]);
+    }
   }
-  std::vector<PlannedPoint> points;
-  for (auto k = static_cast<std::size_t>(trusted); off && k < course_.plan.points.size(); ++k) {
-    const auto stored = measured_.find(course_.plan.points[k].seq);
-    if (stored == measured_.end() || excluded.contains(stored->second.data.reading.seq)) continue;
-    points.push_back(course_.plan.points[k]);
-  }
-  if (points.size() > kReferences) points.erase(points.begin(), points.end() - kReferences);
-  return points;
+  return doubt;
 }
 
 /// By the move it was measured after the first time.
@@ -198,35 +190,68 @@ bool Runner::set_up(bool resuming, bool new_set_up) {
                                new_set_up ? "first homing of the set-up" : "set-up as before");
     return true;
   }
-  if (!open_.empty() && !measured_.empty()) {
-    return look_at(references(), open_.front(), {}, "the set-up has moved");
+  const Doubt unproven = doubt();
+  const bool looks = !devices_->virtual_time && devices_->tracker->sees_base();
+  if (!unproven.points.empty() && (unproven.moved || (open_.empty() && looks))) {
+    return settle(unproven, "resume");
   }
-  const std::vector<PlannedPoint> doubtful = points_in_doubt();
-  if (!doubtful.empty()) {
-    return look_at(doubtful, course_.plan.points.back(),
-                   {.xy_mm = course_.settings.policy.drift_mm},
-                   "the points measured under a tracker that had moved are not where they were "
-                   "measured: exclude them (`trammel reading exclude`), then resume");
-  }
+  if (!open_.empty() && !measured_.empty()) return references_hold();
   epoch_ = store::open_epoch(connection_, id, store::SetUp::fresh, "resume");
   return true;
 }
 
-/// In a new set-up. True: they are where they were, and its epoch is open.
-bool Runner::look_at(const std::vector<PlannedPoint>& points, const PlannedPoint& next,
-                     const ReferenceTolerance& tolerance, const char* if_moved) {
-  const Visit found = visit(points, store::SetUp::fresh, at_least_noise(tolerance), next);
+/// In a new set-up: the points are where they were, and its epoch is open.
+void Runner::begin_epoch(int number) {
+  epoch_.id = store::add_epoch(connection_, course_.session.id, number, store::kReferencesHold);
+  epoch_.number = number;
+}
+
+/// The reference points, and the last one, which a tracker that was knocked after them has moved
+/// (what is simulated can't be knocked).
+bool Runner::references_hold() {
+  std::vector<PlannedPoint> points = references();
+  const int last = measured_.rbegin()->first;
+  if (!devices_->virtual_time && !std::ranges::count(points, last, &PlannedPoint::seq)) {
+    points.push_back(course_.plan.points[static_cast<std::size_t>(last) - 1]);
+  }
+  const Visit found = visit(points, store::SetUp::fresh, at_least_noise({}), open_.front());
   if (found.failure.any()) {
     end_with(found.failure, "resume");
+  } else if (!found.off.empty()) {
+    fail("the set-up has moved: " + found.off, ExitCode::safety_stop);
+  } else {
+    begin_epoch(found.epoch);
+    return true;
+  }
+  return false;
+}
+
+/// The last points in doubt are measured again in a new set-up, its frame registered anew. Those
+/// measured under base nests that had moved are excluded, all of them, unless these are where they
+/// were. True: it goes on, in the new epoch.
+bool Runner::settle(const Doubt& doubt, const std::string& when) {
+  const auto n = std::min(kReferences, doubt.points.size());
+  const std::vector<PlannedPoint> last(doubt.points.end() - static_cast<std::ptrdiff_t>(n),
+                                       doubt.points.end());
+  const bool whole = stood_.size() == course_.plan.points.size();
+  const Visit found =
+      visit(last, store::SetUp::fresh, at_least_noise({.xy_mm = course_.settings.policy.drift_mm}),
+            whole ? course_.plan.points.back() : open_.front());
+  if (found.failure.any()) {
+    end_with(found.failure, when);
     return false;
   }
   if (!found.off.empty()) {
-    fail(fmt::format("{}: {}", if_moved, found.off), ExitCode::safety_stop);
-    return false;
+    std::string why = when + ": " + found.off;
+    why += doubt.moved ? exclude(doubt.points, why)
+                       : "; exclude what is wrong (`trammel reading exclude`), then resume";
+    if (whole || !doubt.moved) {
+      fail(why, ExitCode::safety_stop);
+      return false;
+    }
+    progress_->say(why);
   }
-  epoch_.id =
-      store::add_epoch(connection_, course_.session.id, found.epoch, store::kReferencesHold);
-  epoch_.number = found.epoch;
+  begin_epoch(found.epoch);
   return true;
 }
 

@@ -1,6 +1,7 @@
 #include "tests/stress/bench.hpp"
 
 #include <signal.h>
+#include <sqlite3.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "core/statistics/random.hpp"
 #include "tests/app/session/proxies.hpp"
 #include "tests/app/session/slow_campaign.hpp"
+#include "tests/stress/disk.hpp"
 #include "tests/stress/recorder.hpp"
 
 namespace trammel::test {
@@ -24,6 +26,7 @@ using session::Outcome;
 using tests::Alter;
 using tests::SlowCampaign;
 using tests::SocketCampaign;
+using tests::SocketOptions;
 
 constexpr std::size_t kBenchPoints = 8;
 
@@ -62,8 +65,10 @@ struct Falsehood {
   bool ends_well = false;  // the campaign comes to its end
 };
 
+constexpr std::array kNoNumbers = {"1e308", "-1e308", "nan", "-", "", "0x10", "1,2", "1e9"};
+
 // From the n-th pose on.
-constexpr std::array<Falsehood, 9> kFalsehoods = {{
+constexpr std::array<Falsehood, 13> kFalsehoods = {{
     {"answers of another point",
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::renaming());
@@ -72,7 +77,28 @@ constexpr std::array<Falsehood, 9> kFalsehoods = {{
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::lagging());
      }},
-    {"the same, but for the last digit",
+    {"answers of two poses before",
+     [](SocketCampaign& c, int n, Random&) {
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::lagging(2));
+     }},
+    {"answers of the line before",
+     [](SocketCampaign& c, int n, Random&) {
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::one_line_behind());
+     }},
+    {"numbers of the tracker that are none",
+     [](SocketCampaign& c, int n, Random& random) {
+       c.lab.to_tracker.alter =
+           tests::from_pose(n, tests::saying(kNoNumbers[random.below(kNoNumbers.size())]));
+     }},
+    {"numbers of the stage that are none",
+     [](SocketCampaign& c, int n, Random& random) {
+       c.lab.to_stage.alter_asked = [n, &c, what = kNoNumbers[random.below(kNoNumbers.size())]](
+                                        std::string_view asked, std::string& answer) {
+         if (!asked.starts_with("TPA") || c.lab.log.count("!MEAS") < 3 * n) return;
+         answer = fmt::format(" {}{}", what, answer.substr(answer.find('\r')));
+       };
+     }},
+    {"the same answers of the pose before, but for the last digit",
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::lagging_unlike());
      }},
@@ -114,29 +140,65 @@ BenchRow lied_to(const Falsehood& lie, int runs, Random& random) {
     row.done += done ? 1 : 0;
     row.readings += outcome.n_stored;
     const auto problems = campaign.problems(done);
-    // What a knock has left before it was noticed is said, and the session is not done.
-    const bool said = !done && outcome.detail.find("moved") != std::string::npos;
-    if (!problems.empty() && !said) note_problem(row, problems.front());
+    if (!problems.empty()) note_problem(row, problems.front());
     if (done != lie.ends_well) note_problem(row, fmt::format("done: {}; {}", done, outcome.detail));
   }
   return row;
 }
 
-/// Nothing looks at time, values or place: a pose before, of now and by another digit, is stored.
-BenchRow believing(int runs) {
-  BenchRow row{.figure = "control: without gates, answers of the pose before",
+/// What a campaign believes that lacks what it should look with.
+struct Belief {
+  const char* name;
+  std::size_t points;
+  void (*blind)(SocketOptions& options);
+  void (*tell)(SocketCampaign& campaign);
+};
+
+constexpr std::size_t kUnscreened = 4;  // points: the screen looks at six
+
+/// Nothing looks at place, values or time: a pose before, of now and by another digit.
+void tell_the_pose_before(SocketCampaign& campaign) {
+  campaign.request.policy.gate_mm = 1e3;
+  campaign.lab.to_tracker.alter = [lag = tests::lagging(), n = 0](std::string& answer) mutable {
+    lag(answer);
+    tests::shift(answer, 1e-6 * ++n);
+    answer = std::regex_replace(answer, std::regex("\\d\\d/\\d\\d/\\d{4} \\d\\d:\\d\\d:\\d\\d"),
+                                "01/05/2026 08:00:00");
+  };
+}
+
+constexpr std::array<Belief, 4> kBeliefs = {{
+    {"without gates, answers of the pose before", kUnscreened, [](SocketOptions&) {},
+     &tell_the_pose_before},
+    {"any triangle and no gates, answers of another point under the right name", kUnscreened,
+     [](SocketOptions& options) { options.blind = true; },
+     [](SocketCampaign& campaign) {
+       campaign.request.policy.gate_mm = 1e3;
+       campaign.request.policy.gate_deg = 180;
+       campaign.lab.to_tracker.alter = tests::turned();
+     }},
+    {"few points and no base nests, a tracker knocked by 2 mm", 3,
+     [](SocketOptions& options) { options.base_nests = false; },
+     [](SocketCampaign& campaign) { campaign.lab.to_tracker.alter = tests::knocked(2, 2); }},
+    {"a following error of 20 mm allowed, an encoder off by a turn of the screw", kBenchPoints,
+     [](SocketOptions& options) { options.following_mm = 20; },
+     [](SocketCampaign& campaign) { misread(campaign, 2); }},
+}};
+
+BenchRow believing(const Belief& belief, int runs) {
+  BenchRow row{.figure = fmt::format("control: {}", belief.name),
                .demand = "must store a false reading",
                .control = true};
+  Plan plan = bench_plan();
+  plan.points.resize(belief.points);
+  SocketOptions options;
+  belief.blind(options);
   for (; row.runs < runs; ++row.runs) {
-    SocketCampaign campaign(bench_plan());
-    campaign.request.policy.gate_mm = 1e3;
-    campaign.lab.to_tracker.alter = [lag = tests::lagging(), n = 0](std::string& answer) mutable {
-      lag(answer);
-      tests::shift(answer, 1e-6 * ++n);
-      answer = std::regex_replace(answer, std::regex("\\d\\d/\\d\\d/\\d{4} \\d\\d:\\d\\d:\\d\\d"),
-                                  "01/05/2026 08:00:00");
-    };
-    row.readings += campaign.run().n_stored;
+    SocketCampaign campaign(plan, options);
+    belief.tell(campaign);
+    const Outcome outcome = campaign.run();
+    row.readings += outcome.n_stored;
+    row.done += outcome.state == session::State::done ? 1 : 0;
     if (const auto problems = campaign.problems(false); !problems.empty()) {
       note_problem(row, problems.front());
     }
@@ -152,18 +214,20 @@ struct Moment {
   const char* line;  // that has come so often when the wish comes, up to `late_s` later
   int times;
   double late_s;
-  bool stalls = false;  // the tracker's link, from then on
-  bool gropes = false;  // the reflector is lost at that time
+  std::atomic<bool> SlowCampaign::*stalls = nullptr;  // from then on
+  bool gropes = false;                                // the reflector is lost at that time
 };
 
-constexpr std::array<Moment, 7> kMoments = {{
+constexpr std::array<Moment, 9> kMoments = {{
     {"homing", 40, "BGABC", 1, 1},
+    {"homing, the stage's link stalls", 40, "BGABC", 1, 1, &SlowCampaign::stage_stalls},
     {"moving", 0, "BGABC", 2, 1},
-    {"moving, the tracker's link stalls", 0, "BGABC", 2, 0.5, true},
+    {"moving, the stage's link stalls", 0, "BGABC", 2, 0.5, &SlowCampaign::stage_stalls},
+    {"moving, the tracker's link stalls", 0, "BGABC", 2, 0.5, &SlowCampaign::stalls},
     {"measuring", 0, "!MEAS", 5, 0.1},
-    {"measuring, the tracker's link stalls", 0, "!MEAS", 5, 0.5, true},
+    {"measuring, the tracker's link stalls", 0, "!MEAS", 5, 0.5, &SlowCampaign::stalls},
     {"looking at base nests", 0, "!MEAS", 1, 0.02},
-    {"waiting for the reflector", 0, "!MEAS", 5, 0.5, false, true},
+    {"waiting for the reflector", 0, "!MEAS", 5, 0.5, nullptr, true},
 }};
 
 struct Stopped {
@@ -180,15 +244,15 @@ Stopped stopped_at(const Moment& moment, double late_s, int signals) {
   };
   auto outcome = std::async(std::launch::async, [&slow] { return slow.run(); });
   slow.await(moment.line, moment.times);
-  slow.stalls = moment.stalls;
+  if (moment.stalls != nullptr) slow.*moment.stalls = true;
   lost = moment.gropes;
   session::really_sleep(late_s);
   const auto wish = SlowCampaign::Clock::now();
   slow.signals = signals;
   Stopped stopped;
   stopped.rest_s = slow.rest_after_s(wish);
+  if (moment.stalls != nullptr) slow.*moment.stalls = false;
   stopped.outcome = outcome.get();
-  slow.stalls = false;
   stopped.command_s = slow.stop_after_s(wish);
   return stopped;
 }
@@ -236,19 +300,34 @@ BenchRow signalled(int signal, double watch_s, bool control, int runs) {
   return row;
 }
 
-BenchRow two_on_one(int runs) {
-  BenchRow row{.figure = "bench: a second database on the controller of a session",
-               .demand = "refused, and not a word to the controller"};
+struct Second {
+  const char* name;
+  bool link;     // to the database of the first, else another one
+  bool control;  // on a controller of its own
+};
+constexpr std::array<Second, 3> kSeconds = {{
+    {"a second database on the controller of a session", false, false},
+    {"a second session by a link to the database", true, false},
+    {"a second database on a controller of its own", false, true},
+}};
+
+BenchRow second_runner(const Second& second, int runs) {
+  BenchRow row{.figure = fmt::format("{}: {}", second.control ? "control" : "bench", second.name),
+               .demand = second.control ? "must run" : "refused, and not a word to the controller",
+               .control = second.control};
   for (; row.runs < runs; ++row.runs) {
-    SocketCampaign campaign(bench_plan());
-    store::Connection other =
-        store::open(campaign.folder.path() / "other.db", store::Access::create);
+    SocketCampaign campaign(bench_plan()), elsewhere(bench_plan());
+    const auto file = campaign.folder.path() / "second.db";
+    if (second.link) std::filesystem::create_symlink(campaign.db.file(), file);
+    store::Connection other = store::open(file, store::Access::create);
+    session::Request request = second.control ? elsewhere.request : campaign.request;
+    request.session = "second";
     campaign.begun = [&](int seq) {
       if (seq != 2) return;
       const auto before = campaign.lab.log.size();
       try {
-        static_cast<void>(session::run(other, campaign.request, {}));
-        note_problem(row, "both drive it");
+        static_cast<void>(session::run(other, request, {}));
+        note_problem(row, "both are driven");
       } catch (const Error&) {
         if (campaign.lab.log.size() != before) note_problem(row, "it was spoken to");
       }
@@ -256,7 +335,7 @@ BenchRow two_on_one(int runs) {
     const Outcome outcome = campaign.run();
     row.done += outcome.state == session::State::done ? 1 : 0;
     row.readings += outcome.n_stored;
-    if (outcome.state != session::State::done) note_problem(row, outcome.detail);
+    if (outcome.state != session::State::done && !second.control) note_problem(row, outcome.detail);
   }
   return row;
 }
@@ -276,25 +355,32 @@ void copy_over(const Path& from, const Path& to) {
 struct Meddling {
   const char* name;
   void (*meddle)(const Path& db);  // beside it lies old.db, of another laboratory
+  bool loses;                      // from under a recorder that looks at no answer
+  bool fills = false;              // the disk takes nothing more
 };
 
-constexpr std::array<Meddling, 5> kMeddlings = {{
-    {"removed", [](const Path& db) { std::filesystem::remove(db); }},
-    {"removed with its log", &remove_all_of},
-    {"moved", [](const Path& db) { std::filesystem::rename(db, db.string() + ".moved"); }},
+constexpr std::array<Meddling, 7> kMeddlings = {{
+    {"removed", [](const Path& db) { std::filesystem::remove(db); }, true},
+    {"removed with its log", &remove_all_of, true},
+    {"moved", [](const Path& db) { std::filesystem::rename(db, db.string() + ".moved"); }, true},
     {"replaced by another laboratory's",
      [](const Path& db) {
        copy_over(db.parent_path() / "old.db", db.string() + ".new");
        std::filesystem::rename(db.string() + ".new", db);
-     }},
-    {"its log removed", [](const Path& db) { std::filesystem::remove(db.string() + "-wal"); }},
+     },
+     false},  // the log is left, and SQLite reads it with the other file
+    {"restored over, under its name and number",
+     [](const Path& db) { copy_over(db.parent_path() / "old.db", db); }, false},
+    {"without its log", [](const Path& db) { std::filesystem::remove(db.string() + "-wal"); },
+     false},
+    {"on a disk that is full", [](const Path&) {}, true, true},
 }};
 
 BenchRow meddled(const Meddling& meddling, const Recorder& recorder, bool control, int runs,
                  Random& random) {
   constexpr int kMeddledPoints = 12;
   BenchRow row{
-      .figure = fmt::format("{}: the database is {} under a session",
+      .figure = fmt::format("{}: the database is {} in the middle of a session",
                             control ? "control: a recorder that looks at no answer" : "bench",
                             meddling.name),
       .demand = control ? "must lose, and not report"
@@ -305,16 +391,24 @@ BenchRow meddled(const Meddling& meddling, const Recorder& recorder, bool contro
     static_cast<void>(record(folder.path() / "old.db", 2));
     const Path db = folder.path() / "lab.db";
     const int at = 1 + static_cast<int>(random.below(kMeddledPoints - 1));
-    bool meddles = true;
-    const Recording recording = recorder.record(db, kMeddledPoints, [&](int told) {
-      if (!std::exchange(meddles, meddles && told < at)) return;
-      if (told >= at) meddling.meddle(db);
-    });
+    bool meddled = false;
+    Recording recording;
+    {
+      const WatchedDisk disk([&](const DiskOperation& operation) {
+        const bool full = meddled && meddling.fills;
+        return full && operation.kind == DiskOperation::Kind::write ? SQLITE_FULL : SQLITE_OK;
+      });
+      recording = recorder.record(db, kMeddledPoints, [&](int acknowledged) {
+        if (acknowledged < at || std::exchange(meddled, true)) return;
+        meddling.meddle(db);
+      });
+    }
     row.readings += recording.acknowledged;
     row.done += recording.reported ? 0 : 1;
     const Found found = recorder.look(db);
-    if (!recording.reported && found.n_points < recording.acknowledged) {
-      note_problem(row, fmt::format("{} acknowledged, {} there, and nothing was said",
+    const bool whole = found.verifies && found.n_points >= recording.acknowledged;
+    if (!recording.reported && !whole) {
+      note_problem(row, fmt::format("{} acknowledged, {} there, and nothing was reported",
                                     recording.acknowledged, found.n_points));
     }
     if (recording.reported && recording.code != ExitCode::storage) {
@@ -330,7 +424,7 @@ std::vector<BenchRow> lying_bench(int runs, std::uint64_t seed) {
   Random random(seed);
   std::vector<BenchRow> rows;
   for (const Falsehood& lie : kFalsehoods) rows.push_back(lied_to(lie, runs, random));
-  rows.push_back(believing(std::min(runs, 3)));
+  for (const Belief& belief : kBeliefs) rows.push_back(believing(belief, std::min(runs, 3)));
   return rows;
 }
 
@@ -349,9 +443,13 @@ std::vector<BenchRow> stop_bench(int runs, std::uint64_t seed) {
 }
 
 std::vector<BenchRow> signal_bench(int runs) {
-  return {signalled(SIGHUP, 0, false, runs), signalled(SIGTERM, 0, false, runs),
-          signalled(SIGKILL, kWatchS, false, runs), signalled(SIGKILL, 0, true, 1),
-          two_on_one(runs)};
+  std::vector<BenchRow> rows = {
+      signalled(SIGHUP, 0, false, runs), signalled(SIGTERM, 0, false, runs),
+      signalled(SIGKILL, kWatchS, false, runs), signalled(SIGKILL, 0, true, 1)};
+  for (const Second& second : kSeconds) {
+    rows.push_back(second_runner(second, second.control ? 1 : runs));
+  }
+  return rows;
 }
 
 std::vector<BenchRow> file_bench(int runs, std::uint64_t seed) {
@@ -359,8 +457,8 @@ std::vector<BenchRow> file_bench(int runs, std::uint64_t seed) {
   std::vector<BenchRow> rows;
   for (const Meddling& meddling : kMeddlings) {
     rows.push_back(meddled(meddling, real_recorder(), false, runs, random));
+    if (meddling.loses) rows.push_back(meddled(meddling, careless_recorder(), true, 1, random));
   }
-  rows.push_back(meddled(kMeddlings[1], careless_recorder(), true, 3, random));
   return rows;
 }
 

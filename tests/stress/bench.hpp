@@ -22,9 +22,9 @@ struct BenchRow {
   [[nodiscard]] bool reached() const { return runs > 0 && (wrong > 0) == control; }
 };
 
-/// Answers of the tracker and the stage that are not what was asked for: renamed, of the pose
-/// before, frozen, dated, doubled, knocked, an encoder that is off. `runs` campaigns of eight
-/// points for each kind, the moment random; a control without the gates.
+/// Answers of the tracker and the stage that are not what was asked for: renamed, of a pose or a
+/// line before, frozen, dated, doubled, without a number, knocked, an encoder that is off. `runs`
+/// campaigns of eight points for each kind, the moment random; controls that lack what looks.
 std::vector<BenchRow> lying_bench(int runs, std::uint64_t seed);
 
 /// A wish to stop now in every state of a session, in the time of the wall: to the stop command,
@@ -33,12 +33,13 @@ std::vector<BenchRow> lying_bench(int runs, std::uint64_t seed);
 std::vector<BenchRow> stop_bench(int runs, std::uint64_t seed);
 
 /// The real program while its rails move: HUP and TERM (stopped by it), KILL (stopped by the
-/// controller that watches it), and the control, KILL of one that is not watched; two programs on
-/// one controller.
+/// controller that watches it), and the control, KILL of one that is not watched; two runners on
+/// one controller or one database, and the control, each on its own.
 std::vector<BenchRow> signal_bench(int runs);
 
-/// The database removed, moved, restored and replaced under a session, at a random point: an error,
-/// or every acknowledged reading is there by name. A control that looks at no answer.
+/// The database removed, moved, restored over, replaced, its disk full under a session, at a random
+/// point: an error, or every acknowledged reading is there by name. Controls that look at no
+/// answer.
 std::vector<BenchRow> file_bench(int runs, std::uint64_t seed);
 
 }  // namespace trammel::test

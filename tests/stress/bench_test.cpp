@@ -15,6 +15,14 @@ TEST_CASE("no lie of the bench becomes a reading, and its control does", "[stres
   }
 }
 
+TEST_CASE("whatever is done to the database's file, no acknowledged reading is lost unreported",
+          "[stress]") {
+  for (const BenchRow& row : file_bench(1, 7)) {
+    INFO(row.figure << ": " << row.first_problem);
+    CHECK(row.reached());
+  }
+}
+
 TEST_CASE("killed again and again over sockets, a campaign comes to its end as it was",
           "[stress][sockets][release]") {
   const trammel::tests::TemporaryFolder folder;

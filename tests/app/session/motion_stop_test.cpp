@@ -42,19 +42,31 @@ TEST_CASE("asked to stop now while it homes, the stage is stopped", "[session][s
   CHECK_THAT(stopped.detail, Contains("stopped by the operator"));
 }
 
-TEST_CASE("asked to stop now, a stage stops though the tracker's link stalls",
+TEST_CASE("asked to stop now, a stage stops though a link stalls, the tracker's or its own",
           "[session][sockets]") {
-  SlowCampaign slow(0);
-  auto outcome = std::async(std::launch::async, [&] { return slow.run(); });
-  slow.await("BGABC", 2);  // the home switches, the first point
-  slow.stalls = true;
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  REQUIRE(slow.lab.robot.standing().moving);
-  const auto wish = SlowCampaign::Clock::now();
-  slow.signals = 2;
-  CHECK(slow.rest_after_s(wish) < kMoveRestS);
-  CHECK(slow.stop_after_s(wish) < kStopDelayS);
-  CHECK(outcome.get().exit_code() == ExitCode::interrupted);
+  struct Case {
+    const char* name;
+    double start_mm;
+    int begins;  // 1: the home switches, 2: the first point
+    std::atomic<bool> SlowCampaign::*stalls;
+  };
+  for (const Case& c : {Case{"moving, the tracker's", 0, 2, &SlowCampaign::stalls},
+                        {"moving, the stage's", 0, 2, &SlowCampaign::stage_stalls},
+                        {"homing, the stage's", 60, 1, &SlowCampaign::stage_stalls}}) {
+    CAPTURE(c.name);
+    SlowCampaign slow(c.start_mm);
+    auto outcome = std::async(std::launch::async, [&] { return slow.run(); });
+    slow.await("BGABC", c.begins);
+    slow.*c.stalls = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    REQUIRE(slow.lab.robot.standing().moving);
+    const auto wish = SlowCampaign::Clock::now();
+    slow.signals = 2;
+    CHECK(slow.rest_after_s(wish) < (c.begins == 1 ? kHomingRestS : kMoveRestS));
+    CHECK(slow.stop_after_s(wish) < kStopDelayS);
+    slow.*c.stalls = false;
+    CHECK(outcome.get().exit_code() == ExitCode::interrupted);
+  }
 }
 
 TEST_CASE("a terminal that is closed, and SIGTERM, stop the stage and are on record",

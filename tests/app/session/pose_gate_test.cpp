@@ -38,6 +38,20 @@ TEST_CASE("the gate on poses is well under half the plan's smallest step", "[ses
   CHECK(pose_gate({}, line(0.1, 0.1), TrackerSigma{0.1, 0.01}).phi_rad > 0.08);
 }
 
+TEST_CASE("the first point is not taken for home, from which the platform comes", "[session]") {
+  const Plan plan = line(10, 3);  // the first at 0, 0
+  const auto first_mm = [&](double from_mm) {
+    return pose_gate({}, plan, {}, Pose{from_mm, 0, 0}).first_xy_mm;
+  };
+  CHECK_THAT(first_mm(100), WithinAbs(5, 1e-9));
+  CHECK_THAT(first_mm(6), WithinAbs(2.4, 1e-9));
+  CHECK_THAT(first_mm(1.5), WithinAbs(1, 1e-9));
+  CHECK_THAT(first_mm(0), WithinAbs(5, 1e-9));
+  CHECK_THAT(pose_gate({}, plan, {}, Pose{0, 0, rad_from_deg(2)}).first_phi_rad,
+             WithinAbs(rad_from_deg(0.8), 1e-9));
+  CHECK(pose_gate({.gate_mm = 7}, plan, {}, Pose{1.5, 0, 0}).first_xy_mm == 7);
+}
+
 TEST_CASE("a gate that is stated holds, and is stored", "[session]") {
   Policy policy;
   CHECK_FALSE(read_policy(policy_json(policy)).gate_mm);

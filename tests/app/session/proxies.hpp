@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <regex>
@@ -37,16 +38,44 @@ inline Alter renaming() {
   };
 }
 
-/// Each answer is the one before of the same point.
-inline Alter lagging() {
+/// Each answer is the n-th before of the same point.
+inline Alter lagging(std::size_t n = 1) {
+  return [n, last = std::map<std::string, std::deque<std::string>>()](std::string& answer) mutable {
+    std::deque<std::string>& before = last[point_of(answer)];
+    before.push_back(answer);
+    answer = before.front();
+    if (before.size() > n) before.pop_front();
+  };
+}
+
+/// Each answer is the one before, of whatever point.
+inline Alter one_line_behind() {
+  return [last = std::string()](std::string& answer) mutable {
+    if (last.empty()) last = answer;
+    std::swap(last, answer);
+  };
+}
+
+/// The three nests take each other's places, under their right names: no side tells it.
+inline Alter turned() {
   return [last = std::map<std::string, std::string>()](std::string& answer) mutable {
+    static const std::map<std::string, std::string> kNext = {
+        {"P1", "P2"}, {"P2", "P3"}, {"P3", "P1"}};
     const std::string point = point_of(answer);
-    const auto before = last.find(point);
-    if (before == last.end()) {
-      last[point] = answer;
-    } else {
-      std::swap(before->second, answer);
-    }
+    const auto next = kNext.find(point);
+    if (next == kNext.end()) return;
+    last[point] = answer;
+    const auto there = last.find(next->second);
+    if (there == last.end()) return;
+    answer = there->second;
+    answer.replace(answer.find(next->second), next->second.size(), point);
+  };
+}
+
+/// Another text where the instrument said its x.
+inline Alter saying(std::string x) {
+  return [x = std::move(x)](std::string& answer) {
+    answer = std::regex_replace(answer, std::regex("result -?[0-9.]+"), "result " + x);
   };
 }
 

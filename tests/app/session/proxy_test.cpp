@@ -33,7 +33,11 @@ TEST_CASE("an answer of another point, of another time or of the pose before is 
   };
   for (const Case& c : {Case{"renamed", from_pose(2, renaming()), 1},
                         {"lagging", lagging(), kProxied - 1},
+                        {"lagging by two", lagging(2), kProxied - 1},
+                        {"lagging by a line", from_pose(2, one_line_behind()), 1},
                         {"lagging, but for the last digit", lagging_unlike(), 1},
+                        {"without a number", from_pose(2, saying("nan")), 1},
+                        {"beyond all numbers", from_pose(2, saying("1e308")), 1},
                         {"frozen", frozen(), 1},
                         {"of 1999", from_pose(3, dated("11/27/1999")), 2},
                         {"of no day", from_pose(3, dated("99/99/0000")), 2}}) {
@@ -82,6 +86,36 @@ TEST_CASE("of steps below a millimetre, too, no answer of the pose before is sto
     CAPTURE(problems);
     CHECK(problems.empty());
   }
+}
+
+TEST_CASE("a first reading that the second contradicts is excluded, and says why",
+          "[session][sockets]") {
+  Plan fine = proxied_plan(1);
+  for (int k = 1; k < kProxied; ++k) {
+    fine.points.push_back(fine.points.front());
+    fine.points.back().seq = k + 1;
+    fine.points.back().target.x_mm += 0.4 * k;
+  }
+  SocketCampaign campaign(fine);
+  std::atomic<bool> lies = true;  // of a place 2 mm away, then of the pose before
+  campaign.lab.to_tracker.alter = [&lies, lag = lagging_unlike(),
+                                   n = 0](std::string& answer) mutable {
+    if (!lies || !point_of(answer).starts_with('P')) return;
+    lag(answer);
+    if (++n <= 3) shift(answer, 2);
+  };
+  const Outcome outcome = campaign.run();
+  CAPTURE(outcome.detail);
+  CHECK(outcome.state == State::faulted);  // by place or by time, whichever tells first
+  CHECK(outcome.n_stored == 1);
+  CHECK_THAT(outcome.detail, Contains("excluded: readings 1"));
+  REQUIRE(campaign.excluded().size() == 1);
+  CHECK_THAT(campaign.excluded().at(1), Contains("by the session: "));
+  CHECK(campaign.problems(false).empty());
+  lies = false;
+  CHECK(campaign.run().state == State::done);
+  CHECK(campaign.problems().empty());
+  CHECK_THAT(campaign.last_event(), Contains("4 points, 1 of them excluded"));
 }
 
 TEST_CASE("answers that come twice for ever end the session after three tries",
@@ -179,30 +213,43 @@ TEST_CASE("a tracker that is knocked is noticed, in the middle and at the end",
     CAPTURE(outcome.detail);
     CHECK(outcome.exit_code() == (by_mm > 1 ? ExitCode::safety_stop : ExitCode::ok));
     if (by_mm < 1) continue;
-    CHECK_THAT(outcome.detail, Contains("base nest") && Contains("in doubt"));
     // The tracker stands where it was knocked to, and is registered there: the points are not.
-    const Outcome again = few.run();
-    CAPTURE(again.detail);
-    CHECK(again.exit_code() == ExitCode::safety_stop);
-    CHECK_THAT(again.detail, Contains("reading exclude") && Contains("measured again"));
-    const auto campaign = store::require_campaign(few.db, "c");
-    const store::Id session = store::find_session(few.db, campaign.id, "s")->id;
-    for (const store::StoredReading& r : store::readings(few.db, campaign.id, {session})) {
-      if (r.data.reading.seq > 1) {
-        store::exclude_reading(few.db, campaign.id, r.data.reading.seq, "of a knocked tracker");
-      }
-    }
+    CHECK_THAT(outcome.detail, Contains("base nest") && Contains("measured again") &&
+                                   Contains("excluded: readings 1, 2, 3"));
+    CHECK(few.problems(false).empty());
     CHECK(few.run().state == State::done);
+    CHECK_THAT(few.last_event(), Contains("3 of them excluded"));
   }
-  SocketCampaign after(proxied_plan(3));  // knocked when all was measured: no point is in doubt
-  std::atomic<bool> put_back = false;
-  after.lab.to_tracker.alter = [&put_back, poses = 0](std::string& answer) mutable {
+  SocketCampaign after(proxied_plan(3));  // knocked when all was measured: no point is wrong
+  after.lab.to_tracker.alter = [poses = 0](std::string& answer) mutable {
+    if (poses >= 3) shift(answer, 2);
     poses += point_of(answer) == "P3" ? 1 : 0;
-    if (poses >= 3 && !put_back) shift(answer, point_of(answer).starts_with('B') ? 2 : 0);
   };
-  CHECK(after.run().exit_code() == ExitCode::safety_stop);
-  put_back = true;
-  CHECK(after.run().state == State::done);
+  const Outcome unharmed = after.run();
+  CAPTURE(unharmed.detail);
+  CHECK(unharmed.state == State::done);
+  CHECK(after.excluded().empty());
+}
+
+TEST_CASE("base nests that can't be seen at the end leave it to a resume to settle",
+          "[session][sockets]") {
+  for (const double by_mm : {0.0, 2.0}) {
+    CAPTURE(by_mm);
+    SocketCampaign campaign(proxied_plan(3));
+    std::atomic<bool> hidden = true;
+    campaign.lab.to_tracker.alter = [&hidden, knock = knocked(2, by_mm),
+                                     poses = 0](std::string& answer) mutable {
+      knock(answer);
+      const std::string point = point_of(answer);
+      if (hidden && poses >= 3 && point.starts_with('B')) answer = "ERR-306 no such point\r\n";
+      poses += point == "P3" ? 1 : 0;
+    };
+    CHECK(campaign.run().exit_code() == ExitCode::device);
+    hidden = false;
+    const Outcome again = campaign.run();
+    CAPTURE(again.detail);
+    CHECK(again.exit_code() == (by_mm > 0 ? ExitCode::safety_stop : ExitCode::ok));
+  }
 }
 
 }  // namespace trammel::session

@@ -22,12 +22,14 @@ class SlowCampaign : public SocketCampaign {
  public:
   using Clock = std::chrono::steady_clock;
   std::atomic<int> signals = 0;
-  std::atomic<bool> stalls = false;
+  std::atomic<bool> stalls = false;        // the tracker's link
+  std::atomic<bool> stage_stalls = false;  // the stage's
 
   explicit SlowCampaign(double start_mm, double watch_host_s = 0)
       : SocketCampaign(two_points(), options(start_mm, watch_host_s)) {
     around.stop_signals = [this] { return signals.load(); };
     lab.to_tracker.late_s = [this](std::string_view) { return stalls ? 2.0 : 0.0; };
+    lab.to_stage.late_s = [this](std::string_view) { return stage_stalls ? 2.0 : 0.0; };
   }
   static Plan two_points() {
     Plan plan = small_plan();

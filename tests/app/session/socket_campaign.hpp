@@ -175,6 +175,7 @@ struct SocketOptions {
   bool blind = false;      // the tracker's file lets pass whatever the triangle of nests tells
   bool base_nests = true;  // else the base's frame is stated
   double watch_host_s = 0;
+  double following_mm = 0.5;
 };
 
 class SocketCampaign {
@@ -186,6 +187,7 @@ class SocketCampaign {
     stage["controller"]["port"] = lab.stage_server.port();
     stage["controller"]["reply_timeout_s"] = options.reply_timeout_s;
     if (options.watch_host_s > 0) stage["controller"]["watch_host_s"] = options.watch_host_s;
+    stage["motion"]["following_mm"] = options.following_mm;
     stage["motion"]["poll_s"] = stage["motion"]["settle_s"] = 0;
     auto tracker = nlohmann::json::parse(read_text(examples + "tracker.json"));
     tracker["source"]["port"] = lab.tracker_server.port();
@@ -250,6 +252,11 @@ class SocketCampaign {
     return store::attempts(db, store::find_session(db, campaign.id, "s")->id);
   }
 
+  [[nodiscard]] std::string last_event() {
+    const auto owner = store::require_campaign(db, "c");
+    return store::events(db, store::find_session(db, owner.id, "s")->id).back().detail;
+  }
+
   /// What an operator does after a limit: moves the rail off its switch by hand.
   void free_rails() {
     Client hand(lab.stage_server.port());
@@ -266,9 +273,19 @@ class SocketCampaign {
     }
   }
 
+  /// Why readings are left out, by their number.
+  std::map<int, std::string> excluded() {
+    std::map<int, std::string> why;
+    for (const store::Exclusion& e : store::exclusions(db, store::require_campaign(db, "c").id)) {
+      why[e.seq] = e.reason;
+    }
+    return why;
+  }
+
   /// Readings of the session that are not what they must be, in words: each point once, none of a
   /// try that failed, none that the tracker did not accept, each of where the robot really stood
-  /// and how its rails really came there. `whole`: every point is there.
+  /// and how its rails really came there, but for those that are excluded. `whole`: every point is
+  /// there.
   std::vector<std::string> problems(bool whole = true);
 
  private:
@@ -322,6 +339,9 @@ inline void SocketCampaign::compare(int seq, const store::NewReading& stored,
                         reading.conditions.from_mm[i]));
     }
   }
+  if (!((*stored.encoder_mm - standing.l_mm).cwiseAbs().maxCoeff() < kStandsMm)) {
+    wrong("an encoder that is off");
+  }
   if (!stored.raw_reply || stored.raw_reply->find("False") != std::string::npos ||
       stored.raw_reply->find("ERR-") != std::string::npos) {
     wrong("of an answer that was not accepted");
@@ -341,10 +361,11 @@ inline std::vector<std::string> SocketCampaign::problems(bool whole) {
   const auto campaign = store::require_campaign(db, "c");
   const store::Id id = store::find_session(db, campaign.id, "s")->id;
   std::map<int, int> times;
+  const std::map<int, std::string> left_out = excluded();
   for (const store::StoredReading& r : store::readings(db, campaign.id, {id})) {
     const int seq = point_of.at(r.attempt_id.value());
     ++times[seq];
-    compare(seq, r.data, found);
+    if (!left_out.contains(r.data.reading.seq)) compare(seq, r.data, found);
   }
   for (const PlannedPoint& point : request.plan.points) {
     const int n = times[point.seq];
