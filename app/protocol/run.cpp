@@ -39,12 +39,12 @@ struct Run {
   std::vector<std::string> confirmed = {};       // since the last measure step
 };
 
-Plan plan_of_step(const MeasureStep& step, const Mechanism& mechanism) {
+Plan plan_of_step(const MeasureStep& step, const Machine& machine) {
   if (step.suggested()) return {};  // not known yet
   const auto* file = std::get_if<std::filesystem::path>(&step.plan);
   Plan plan = file != nullptr
                   ? read_plan(*file)
-                  : job::grid_plan(std::get<job::GridRequest>(step.plan), mechanism).plan;
+                  : job::grid_plan(std::get<job::GridRequest>(step.plan), machine).plan;
   for (PlannedPoint& point : plan.points) point.set = step.set.value_or(point.set);
   return plan;
 }
@@ -333,19 +333,19 @@ StepOutcome look_at(const Look& look, const std::string& name, const DiagnoseSte
 }  // namespace
 
 Requests requests_of(const Protocol& protocol) {
-  std::map<std::pair<std::string, std::string>, Mechanism> mechanisms;  // by stage and tracker
+  std::map<std::pair<std::string, std::string>, Machine> machines;  // by stage and tracker
   Requests requests;
   for (const Step& step : protocol.steps) {
     const auto* measure = std::get_if<MeasureStep>(&step.what);
     if (measure == nullptr) continue;
     const Setting& with = measure->setting;
     const auto devices = std::pair(with.stage, with.tracker);
-    if (!mechanisms.contains(devices)) {
-      mechanisms[devices] = device::open_devices(with.stage, with.tracker).mechanism;
+    if (!machines.contains(devices)) {
+      machines[devices] = device::open_devices(with.stage, with.tracker).machine;
     }
     session::Request request{.campaign = protocol.name,
                              .session = step.name,
-                             .plan = plan_of_step(*measure, mechanisms.at(devices)),
+                             .plan = plan_of_step(*measure, machines.at(devices)),
                              .stage = with.stage,
                              .tracker = with.tracker,
                              .check = with.check,
