@@ -44,8 +44,14 @@ bool far_better(const AngleFit& fit, const AngleFit& than) {
 AngleFit angles(const Poses& from, const Poses& to) {
   const AngleFit as_is = angles(from, to, 1, true);
   AngleFit best = as_is;
+  std::vector<double> own;  // of `to` about its middle: whole turns of a large slope say nothing
+  for (const Pose& p : to) own.push_back(p.phi_rad);
+  const double middle = middle_of_angles(own);
+  for (double& v : own) v = wrapped(v - middle);
+  const double spread = robust_sigma(own);
   const auto consider = [&](double slope) {
     const AngleFit fit = angles(from, to, slope, true);
+    if (slope > 1 && fit.left_rad * slope * kFarBetter > spread) return;
     if (far_better(fit, as_is) && fit.left_rad < best.left_rad) best = fit;
   };
   consider(-1);
