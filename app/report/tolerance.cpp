@@ -84,7 +84,7 @@ JudgedPoints judged_points(store::Connection& connection, const store::CampaignR
   const double u_mm = noise.sigma.xy_mm, beside_mm = combined_mm(budget, false);
   const double U_measured_mm = 2 * std::hypot(u_mm, beside_mm);
   JudgedPoints judged{.u_reading_mm = u_mm};
-  judged.U_from = budget.empty() ? "twice the noise of a reading"
+  judged.U_from = beside_mm == 0 ? "twice the noise of a reading"
                                  : fmt::format(
                                        "twice the root of the squares of the noise of a "
                                        "reading, {:.4f} mm, and of the budget, {:.4f} mm",

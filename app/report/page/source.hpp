@@ -42,7 +42,8 @@ std::string id_of(const Source& source, const Comparison& comparison);
 std::string words_of(const Comparison& comparison);
 /// " (the paper's Fig. 9)" of a campaign that carries the paper's figures; else "".
 std::string of_the_paper(const Source& source, const char* figure);
-/// `table`, whose last column is the paper's: without it where the campaign carries no such figures.
+/// `table`, whose last column is the paper's: without it where the campaign carries no such
+/// figures.
 Json table_beside_paper(const Source& source, const FigureHead& head,
                         std::vector<std::string> columns, Json rows);
 /// What is judged and how "after" is known.

@@ -107,19 +107,19 @@ Json audit_table(const Json& details) {
   Json rows = Json::array();
   for (const Json& row : *audit) {
     const Json& smallest = row.at("smallest_visible");
-    const bool seen =
-        smallest.is_number() && smallest.get<double>() <= row.at("usual_max").get<double>();
-    std::string verdict = seen ? "would show" : "could not have been seen";
+    const Json* usual = find(row, "usual_max");  // diagnoses of older versions state none
+    const bool seen = smallest.is_number() && usual != nullptr && smallest <= *usual;
+    std::string verdict = seen ? "would show" : usual == nullptr ? "-" : "could not have been seen";
     if (const Json* needs = find(row, "needs")) {
       verdict +=
           ": needs " + (needs->is_string() ? needs->get<std::string>() : joined(*needs, ", "));
     }
-    rows.push_back(
-        Json::array({row.at("effect"), verdict,
-                     smallest.is_number() ? fmt::format("{:.2g}", smallest.get<double>()) : "none",
-                     fmt::format("{:g}", row.at("usual_max").get<double>()), row.at("unit"),
-                     fmt::format("{:.1f} %", 100 * row.at("surviving_share").get<double>()),
-                     joined(row.at("aliases"), ", ")}));
+    rows.push_back(Json::array(
+        {row.at("effect"), verdict,
+         smallest.is_number() ? fmt::format("{:.2g}", smallest.get<double>()) : "none",
+         usual == nullptr ? "-" : fmt::format("{:g}", usual->get<double>()), row.at("unit"),
+         fmt::format("{:.1f} %", 100 * row.at("surviving_share").get<double>()),
+         joined(row.at("aliases"), ", ")}));
   }
   return table({"audit", "What these points could show, and what not",
                 "smallest visible: at 80 % power, after the geometry was refitted; share: what the "
