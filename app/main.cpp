@@ -1,30 +1,47 @@
-#include <fcntl.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "app/allocator.hpp"
 #include "app/cli/cli.hpp"
 #include "app/cli/commands.hpp"
+#include "app/standard_streams.hpp"
 
 namespace {
 
-/// A standard stream that was closed would be the next file or socket that is opened, and get what
-/// is meant for a person. What is lost of the data is noticed, what is lost of the talk is not.
-void hold_standard_streams() {
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (::fcntl(stream, F_GETFD) != -1) continue;
-    const int held = ::open(stream == STDOUT_FILENO ? "/dev/full" : "/dev/null", O_RDWR);
-    if (held != stream) ::_exit(1);  // the lowest number is the one that is free
+/// `trammel archive …` is a program of its own, beside this one or on PATH: linked with libpq,
+/// whose 25 libraries would cost this one 12 ms at each start. It is executed with the same words.
+bool is_for_the_archive(const std::vector<std::string>& words) {
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    if (words[k] == "--db" || words[k] == "--out") {
+      ++k;
+    } else if (!words[k].starts_with("-")) {
+      return words[k] == "archive";
+    }
   }
+  return false;
+}
+
+int become_the_archive(char** argv) {
+  constexpr const char* kProgram = "trammel-archive";
+  std::error_code none;
+  const auto own = std::filesystem::read_symlink("/proc/self/exe", none);
+  ::execv((own.parent_path() / kProgram).c_str(), argv);
+  ::execvp(kProgram, argv);
+  return trammel::cli::fail(trammel::ExitCode::not_found,
+                            {.what = "the program trammel-archive is not installed",
+                             .hint = "it is in the package trammel-archive"},
+                            false);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  hold_standard_streams();
+  trammel::hold_standard_streams();
   trammel::keep_freed_memory();
   const std::vector<std::string> words(argv + (argc > 0 ? 1 : 0), argv + argc);
+  if (is_for_the_archive(words)) return become_the_archive(argv);
   return trammel::cli::run_cli(words, trammel::cli::commands());
 }

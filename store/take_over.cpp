@@ -61,21 +61,6 @@ constexpr const char* kCopiesAfterReadings[] = {
     "FROM former.model ORDER BY model_id",
 };
 
-/// The guards refuse what a copy must write (a closed attempt): they are taken off an empty
-/// database, and put on again as they were.
-std::vector<std::string> take_guards_off(Connection& to) {
-  std::vector<std::string> guards, names;
-  {
-    Statement rows(to, "SELECT name, sql FROM sqlite_schema WHERE type = 'trigger'");
-    while (rows.step()) {
-      names.push_back(rows.text(0));
-      guards.push_back(rows.text(1));
-    }
-  }
-  for (const std::string& name : names) to.execute("DROP TRIGGER " + name);
-  return guards;
-}
-
 void copy_readings(Connection& to) {
   constexpr int kColumns = kEndChained - kFirstChained;
   Statement rows(
@@ -139,6 +124,19 @@ void seal_all(Connection& to) {
 }
 
 }  // namespace
+
+std::vector<std::string> take_guards_off(Connection& to) {
+  std::vector<std::string> guards, names;
+  {
+    Statement rows(to, "SELECT name, sql FROM sqlite_schema WHERE type = 'trigger'");
+    while (rows.step()) {
+      names.push_back(rows.text(0));
+      guards.push_back(rows.text(1));
+    }
+  }
+  for (const std::string& name : names) to.execute("DROP TRIGGER " + name);
+  return guards;
+}
 
 void take_over(Connection& to, const std::filesystem::path& from, int from_version) {
   {

@@ -1,0 +1,90 @@
+#pragma once
+// A connection to the archive: PostgreSQL by libpq, behind thin RAII.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+
+struct pg_conn;
+struct pg_result;
+
+namespace trammel::archive {
+
+struct LinkOptions {
+  std::string uri;        // libpq's: postgresql://host/name, service=NAME, …
+  bool insecure = false;  // take what the URI says of TLS
+  std::string who;        // application_name: who works there sees it
+};
+
+/// What is needed of the connection before anything is sent.
+///
+/// TLS with the server's certificate checked (sslmode=verify-full), whatever the host: libpq leaves
+/// it out on a local socket alone. A URI or an environment that asks for less is refused, unless
+/// `insecure`. A password on the command line is refused: passfile, service file or PGPASSWORD.
+/// @throws InputError  the URI is none, or asks for one of these. Proof: link_test.cpp
+std::vector<std::pair<std::string, std::string>> connection_words(const LinkOptions& options);
+
+/// Owns the connection. One thread at a time.
+class Link {
+ public:
+  /// @throws DeviceError naming the server and what it said
+  explicit Link(const LinkOptions& options);
+  ~Link();
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  /// Rows of a query as texts; what is NULL is nothing.
+  using Row = std::vector<std::optional<std::string>>;
+  std::vector<Row> ask(const std::string& sql, const std::vector<std::string>& values = {});
+  /// Statements without values or rows.
+  void run(const std::string& sql);
+  /// Commits; throws where the server has rolled back instead.
+  void commit();
+
+  /// Binary COPY to the server: `more` appends the next row, and says whether there was one.
+  void copy_in(const std::string& sql, const std::function<bool(std::string& bytes)>& more);
+  /// Binary COPY from the server: `take` gets the fields of each row as bytes.
+  using Fields = std::vector<std::optional<std::string_view>>;
+  void copy_out(const std::string& sql, const std::function<void(const Fields&)>& take);
+
+  /// Rolls back unless committed.
+  class Transaction {
+   public:
+    explicit Transaction(Link& link) : link_(link) { link_.run("BEGIN"); }
+    ~Transaction();
+    Transaction(const Transaction&) = delete;
+    Transaction& operator=(const Transaction&) = delete;
+    void commit();
+
+   private:
+    Link& link_;
+    bool done_ = false;
+  };
+
+  /// Quotes a text for SQL where no value can stand (COPY's query).
+  [[nodiscard]] std::string quoted(const std::string& text) const;
+
+ private:
+  [[noreturn]] void fail(const std::string& doing, const pg_result* result) const;
+  pg_conn* connection_ = nullptr;
+  std::string name_;  // of the server, without a password
+};
+
+/// Fields of binary COPY, appended.
+void add_count(std::string& bytes, std::int16_t n_fields);
+void add_null(std::string& bytes);
+void add_field(std::string& bytes, std::string_view field);
+void add_integer(std::string& bytes, std::int64_t value);
+void add_array(std::string& bytes, const std::vector<std::int64_t>& values);
+void add_array(std::string& bytes, const std::vector<std::int32_t>& values);
+
+/// Of a field: an int8, or an array of int8 or int4. @throws DeviceError  it is none
+std::int64_t integer_of(std::string_view field);
+std::vector<std::int64_t> array_of(std::string_view field);
+
+}  // namespace trammel::archive

@@ -1,0 +1,20 @@
+#pragma once
+// A station's file made again from the archive.
+
+#include <filesystem>
+#include <string>
+
+#include "app/archive/link.hpp"
+#include "store/verify.hpp"
+
+namespace trammel::archive {
+
+/// Every row of the station's campaigns into the new file `to`, with the bits, the numbers and the
+/// seals that it had; readings' chains end in the same heads. Read in one state of the archive;
+/// verified whole before the file gets its name (store/refill.hpp).
+/// @throws NotFoundError  the archive has nothing of this station
+/// @throws InputError     the name is taken; the archive's rows are not what a station stores
+/// Proof: push_pull_test.cpp
+store::CheckReport pull(Link& link, const std::string& station, const std::filesystem::path& to);
+
+}  // namespace trammel::archive
