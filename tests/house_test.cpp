@@ -16,10 +16,11 @@ namespace {
 
 /// From below to above: a folder includes only folders that stand before it.
 const std::vector<std::string> kFolders = {
-    "core",       "core/linear", "core/statistics", "core/plane", "core/mechanism", "core/measure",
-    "core/model", "core/plan",   "core/simulate",   "core/judge", "core/calibrate", "core/diagnose",
-    "store",      "app/files",   "app/terminal",    "app/device", "app/emulate",    "app/session",
-    "app/job",    "app/report",  "app/protocol",    "app/serve",  "app/cli",        "app"};
+    "core",           "core/linear",   "core/statistics", "core/plane",    "core/mechanism",
+    "core/measure",   "core/model",    "core/plan",       "core/simulate", "core/judge",
+    "core/calibrate", "core/diagnose", "store",           "app/files",     "app/terminal",
+    "app/device",     "app/emulate",   "app/session",     "app/job",       "app/report",
+    "app/protocol",   "app/serve",     "app/cli",         "app/archive",   "app"};
 
 struct Source {
   std::filesystem::path path;  // in the tree

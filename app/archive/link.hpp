@@ -16,9 +16,9 @@ struct pg_result;
 namespace trammel::archive {
 
 struct LinkOptions {
-  std::string uri;        // libpq's: postgresql://host/name, service=NAME, …
+  std::string uri = {};   // libpq's: postgresql://host/name, service=NAME, …
   bool insecure = false;  // take what the URI says of TLS
-  std::string who;        // application_name: who works there sees it
+  std::string who = {};   // application_name: who works there sees it
 };
 
 /// What is needed of the connection before anything is sent.

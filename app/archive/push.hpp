@@ -13,10 +13,10 @@ namespace trammel::archive {
 /// Where a campaign ends: of its readings' chain, and of its other rows (SHA-256 over their seals
 /// in the order of their bytes). Digests as 64 hexadecimal digits.
 struct Head {
-  std::string head;
+  std::string head = {};
   std::int64_t last_seq = 0;
   std::int64_t n_readings = 0;
-  std::string rows_sha256;
+  std::string rows_sha256 = {};
   std::int64_t n_rows = 0;
   bool operator==(const Head&) const = default;
 };
@@ -34,7 +34,7 @@ struct Pushed {
   std::string campaign, uuid;
   std::int64_t n_rows = 0;      // sent now
   std::int64_t n_readings = 0;  // sent now
-  Head head;                    // as the archive acknowledged it
+  Head head = {};               // as the archive acknowledged it
 };
 
 /// Sends each campaign's new rows in a transaction of its own: rows, then readings, by COPY. The

@@ -14,6 +14,7 @@ using tests::run_command;
 namespace {
 
 constexpr const char* kInstalled[] = {"bin/trammel",
+                                      "bin/trammel-archive",
                                       "share/man/man1/trammel.1.gz",
                                       "share/bash-completion/completions/trammel",
                                       "share/zsh/site-functions/_trammel",

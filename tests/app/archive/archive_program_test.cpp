@@ -1,0 +1,89 @@
+// `trammel archive …` as it is typed: a program of its own, that alone is linked with libpq.
+
+#include <nlohmann/json.hpp>
+
+#include "store/open.hpp"
+#include "tests/app/archive/postgres.hpp"
+#include "tests/app/archive/stations.hpp"
+#include "tests/store/fixtures.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
+
+using Catch::Matchers::Contains;
+using namespace trammel;
+using tests::Finished;
+using tests::run_command;
+using tests::run_program;
+
+TEST_CASE("trammel is not linked with libpq, trammel-archive is", "[archive]") {
+  const auto needs = [](const std::string& program) {
+    return run_command({"readelf", "-d", tests::build_folder() + "/" + program}, "/").out;
+  };
+  CHECK_THAT(needs("trammel"), Contains("libc.so") && !Contains("libpq"));
+  CHECK_THAT(needs("trammel-archive"), Contains("libpq"));
+}
+
+TEST_CASE("trammel archive runs trammel-archive with the same words", "[archive]") {
+  const test::TempFolder folder;
+  const Finished by_noun = run_program({"archive", "push", "--help"}, folder.path());
+  const Finished own =
+      run_command({tests::build_folder() + "/trammel-archive", "push", "--help"}, folder.path());
+  CHECK(by_noun.exit_code == 0);
+  CHECK(by_noun.out == own.out);
+  CHECK_THAT(own.out, Contains("Send what the archive has not"));
+  const Finished none = run_program({"--db", "lab.db", "archive", "push"}, folder.path());
+  CHECK(none.exit_code == 3);
+  CHECK_THAT(none.err, Contains("trammel archive init URI"));
+  CHECK(run_program({"archive", "psuh"}, folder.path()).exit_code == 2);
+}
+
+TEST_CASE("init, push, list, status, verify and pull as a person types them", "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const std::string archive = server->new_archive();
+  const test::TempFolder folder;
+  {
+    store::Connection db = store::open(folder.file("lab.db"), store::Access::create);
+    tests::add_full_campaign(db, "rail");
+  }
+  const auto run = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "archive");
+    words.insert(words.end(), {"--db", "lab.db", "--json"});
+    const Finished done = run_program(words, folder.path());
+    CAPTURE(words, done.err);
+    REQUIRE(done.exit_code == 0);
+    return nlohmann::json::parse(done.out);
+  };
+  const auto made = run({"init", server->uri(archive, "robot_a")});
+  CHECK(made["made"] == false);
+  CHECK(run({"init", server->uri(archive, "robot_a")})["station"] == made["station"]);
+  const auto pushed = run({"push"});
+  CHECK(pushed["campaigns"][0]["n_readings_sent"] == 12);
+  CHECK(run({"push"})["campaigns"][0]["n_readings_sent"] == 0);
+  const auto listed = run({"list", "--newest", "5"})["campaigns"];
+  CHECK(listed.size() == 1);
+  CHECK(listed[0]["name"] == "rail");
+  CHECK(listed[0]["machine"] == "3-PRR");
+  CHECK(listed[0]["head"] == pushed["campaigns"][0]["head"]);
+  CHECK(run({"status"})["stations"][0]["n_readings"] == 12);
+  CHECK(run({"verify"})["ok"] == true);
+  CHECK(run({"pull", "--out", "again.db"})["n_readings"] == 12);
+  CHECK(tests::content(folder.file("again.db")) == tests::content(folder.file("lab.db")));
+  const Finished taken =
+      run_program({"archive", "pull", "--db", "lab.db", "--out", "lab.db"}, folder.path());
+  CHECK(taken.exit_code == 4);
+}
+
+TEST_CASE("an archive of a newer program is refused with both versions, and left alone",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const std::string archive = server->new_archive();
+  const test::TempFolder folder;
+  archive::Link(archive::LinkOptions{.uri = server->uri(archive, "owner"), .who = "tests"})
+      .run("INSERT INTO trammel.archive (version) VALUES (99)");
+  const Finished done = run_program(
+      {"archive", "init", server->uri(archive, "owner"), "--db", "lab.db"}, folder.path());
+  CHECK(done.exit_code == 8);
+  CHECK_THAT(done.err, Contains("99") && Contains("version 1"));
+}

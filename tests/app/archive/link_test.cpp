@@ -1,0 +1,62 @@
+// No connection that proves nothing, and no password where everyone can read it.
+
+#include "app/archive/link.hpp"
+
+#include "tests/app/archive/postgres.hpp"
+#include "tests/support/catch.hpp"
+
+using Catch::Matchers::Contains;
+using namespace trammel;
+using archive::connection_words;
+
+namespace {
+
+std::string value_of(const archive::LinkOptions& options, const std::string& keyword) {
+  for (const auto& [name, value] : connection_words(options)) {
+    if (name == keyword) return value;
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("a connection checks whose server it is, unless --insecure insists", "[archive]") {
+  const std::string host = "postgresql://archive.example/fleet";
+  CHECK(value_of({.uri = host}, "sslmode") == "verify-full");
+  CHECK(value_of({.uri = host + "?sslmode=verify-full"}, "sslmode") == "verify-full");
+  CHECK(value_of({.uri = "service=fleet"}, "sslmode") == "verify-full");
+  for (const char* weaker : {"disable", "allow", "prefer", "require", "verify-ca"}) {
+    const std::string uri = host + "?sslmode=" + weaker;
+    CHECK_THROWS_WITH(connection_words({.uri = uri}), Contains(weaker) && Contains("--insecure"));
+    CHECK(value_of({.uri = uri, .insecure = true}, "sslmode") == weaker);
+  }
+  CHECK(value_of({.uri = host, .who = "robot 7"}, "application_name") == "robot 7");
+  CHECK(value_of({.uri = host}, "tcp_user_timeout") == "60000");
+  CHECK(value_of({.uri = host + "?tcp_user_timeout=5000"}, "tcp_user_timeout") == "5000");
+}
+
+TEST_CASE("a password on the command line is refused, and not repeated", "[archive]") {
+  for (const char* uri : {"postgresql://robot:hunter2@archive.example/fleet",
+                          "host=archive.example password=hunter2"}) {
+    try {
+      static_cast<void>(connection_words({.uri = uri}));
+      FAIL("taken: " << uri);
+    } catch (const InputError& error) {
+      CHECK_THAT(error.what(), Contains("pgpass") && !Contains("hunter2"));
+    }
+  }
+  CHECK_THROWS_AS(connection_words({.uri = "nonsense"}), InputError);
+}
+
+TEST_CASE("a server without TLS is refused over the network, and named by its settings",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const std::string tcp =
+      "postgresql://postgres@127.0.0.1:" + std::to_string(server->port()) + "/postgres";
+  CHECK_THROWS_WITH(archive::Link({.uri = tcp, .who = "tests"}), Contains("--insecure"));
+  archive::Link insecure({.uri = tcp, .insecure = true, .who = "robot 7"});
+  CHECK(insecure.ask("SHOW application_name")[0][0] == "robot 7");
+  CHECK(insecure.ask("SHOW statement_timeout")[0][0] == "1h");
+  CHECK(insecure.ask("SHOW idle_in_transaction_session_timeout")[0][0] == "2min");
+}

@@ -1,0 +1,101 @@
+#include "tests/app/archive/postgres.hpp"
+
+#include <pwd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "app/archive/install.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/skip.hpp"
+
+namespace trammel::tests {
+
+namespace {
+
+/// Debian's are not on PATH.
+std::string programs_of_postgres() {
+  std::vector<std::string> found;
+  std::error_code none;
+  for (const auto& version : std::filesystem::directory_iterator("/usr/lib/postgresql", none)) {
+    if (std::filesystem::exists(version.path() / "bin/initdb")) {
+      found.push_back((version.path() / "bin").string());
+    }
+  }
+  return found.empty() ? "" : *std::ranges::max_element(found);
+}
+
+/// The server's programs refuse to run as root.
+Finished as_postgres(std::vector<std::string> words) {
+  if (geteuid() == 0) {
+    const std::vector<std::string> before = {"runuser", "-u", "postgres", "--"};
+    words.insert(words.begin(), before.begin(), before.end());
+  }
+  Finished done = run_command(words, "/");
+  if (done.exit_code != 0) throw std::runtime_error(words.back() + ": " + done.out + done.err);
+  return done;
+}
+
+}  // namespace
+
+Postgres* Postgres::shared() {
+  static const std::string programs = programs_of_postgres();
+  if (programs.empty()) {
+    skip_without("postgresql");
+    return nullptr;
+  }
+  static Postgres server(programs);
+  return &server;
+}
+
+Postgres::Postgres(const std::string& programs)
+    : programs_(programs), port_(20000 + static_cast<int>(getpid()) % 20000) {
+  const std::filesystem::path data = folder_.path() / "data";
+  if (geteuid() == 0) {
+    const passwd* user = getpwnam("postgres");
+    if (user == nullptr || chown(folder_.path().c_str(), user->pw_uid, user->pw_gid) != 0) {
+      throw std::runtime_error("no user postgres");
+    }
+  }
+  as_postgres({programs_ + "/initdb", "-D", data, "-A", "trust", "-U", "postgres", "-N",
+               "--no-instructions", "-E", "UTF8", "--locale=C.UTF-8"});
+  // What is tested is not the disk.
+  const std::string settings = "-c listen_addresses=127.0.0.1 -c port=" + std::to_string(port_) +
+                               " -c unix_socket_directories=" + folder_.path().string() +
+                               " -c fsync=off -c shared_buffers=32MB";
+  as_postgres({programs_ + "/pg_ctl", "start", "-w", "-D", data, "-l", folder_.path() / "log", "-o",
+               settings});
+  archive::Link link({.uri = uri("postgres", "postgres"), .who = "tests"});
+  link.run("CREATE ROLE owner LOGIN CREATEROLE");
+  for (const char* group : {"trammel_station", "trammel_worker", "trammel_reader"}) {
+    link.run(std::string("CREATE ROLE ") + group);
+  }
+  link.run(
+      "CREATE ROLE robot_a LOGIN IN ROLE trammel_station; CREATE ROLE robot_b LOGIN IN ROLE "
+      "trammel_station; CREATE ROLE worker LOGIN IN ROLE trammel_worker; CREATE ROLE visitor "
+      "LOGIN IN ROLE trammel_reader; CREATE ROLE stranger LOGIN");
+}
+
+Postgres::~Postgres() {
+  try {
+    as_postgres({programs_ + "/pg_ctl", "stop", "-m", "immediate", "-D", folder_.path() / "data"});
+  } catch (const std::exception&) {  // it has stopped
+  }
+}
+
+std::string Postgres::uri(const std::string& database, const std::string& role) const {
+  return "postgresql://" + role + "@/" + database + "?host=" + folder_.path().string() +
+         "&port=" + std::to_string(port_);
+}
+
+std::string Postgres::new_archive() {
+  const std::string name = "archive_" + std::to_string(++n_archives_);
+  archive::Link(archive::LinkOptions{.uri = uri("postgres", "postgres"), .who = "tests"})
+      .run("CREATE DATABASE " + name + " OWNER owner");
+  archive::Link link({.uri = uri(name, "owner"), .who = "tests"});
+  if (!archive::install(link)) throw std::runtime_error("an archive that is not new");
+  return name;
+}
+
+}  // namespace trammel::tests

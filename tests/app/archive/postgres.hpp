@@ -1,0 +1,36 @@
+#pragma once
+// A PostgreSQL of the tests' own: on a socket in a temporary folder, gone with the process.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "app/archive/link.hpp"
+#include "tests/support/temporary.hpp"
+
+namespace trammel::tests {
+
+class Postgres {
+ public:
+  /// Started once a process. Nothing where PostgreSQL is not installed: the case is skipped.
+  static Postgres* shared();
+  ~Postgres();
+  Postgres(const Postgres&) = delete;
+  Postgres& operator=(const Postgres&) = delete;
+
+  /// A new archive, empty. Its owner is "owner"; robot_a and robot_b are stations, visitor reads.
+  std::string new_archive();
+  /// By the socket, as this role.
+  [[nodiscard]] std::string uri(const std::string& database, const std::string& role) const;
+  [[nodiscard]] std::filesystem::path socket_folder() const { return folder_.path(); }
+  [[nodiscard]] int port() const { return port_; }  // of 127.0.0.1 too, without TLS
+
+ private:
+  explicit Postgres(const std::string& programs);
+  TemporaryFolder folder_;
+  std::string programs_;
+  int port_ = 0;
+  int n_archives_ = 0;
+};
+
+}  // namespace trammel::tests

@@ -1,0 +1,31 @@
+#pragma once
+// Databases of stations with a row of every kind, and what they hold, to compare.
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/archive/push.hpp"
+#include "store/connection.hpp"
+
+namespace trammel::tests {
+
+/// A campaign with walks (open, failed and interrupted attempts among them), exclusions, jobs with
+/// parents, statistics and forced runs, models, and numbers at the ends of doubles.
+void add_full_campaign(store::Connection& db, const std::string& name);
+
+/// Every table's rows, as canonical bytes in the order of their numbers, without the open attempts.
+std::map<std::string, std::vector<std::string>> content(const std::filesystem::path& file);
+
+/// Pushes all of `file` by the archive at `uri`.
+std::vector<archive::Pushed> push_all(const std::string& uri, const std::filesystem::path& file,
+                                      const std::string& station);
+
+/// The single text of a query at the archive.
+std::string asked(const std::string& uri, const std::string& sql);
+
+inline const std::string kStationA = "aaaaaaaa-aaaa-4aaa-8aaa-aaaaaaaaaaaa";
+inline const std::string kStationB = "bbbbbbbb-bbbb-4bbb-8bbb-bbbbbbbbbbbb";
+
+}  // namespace trammel::tests
