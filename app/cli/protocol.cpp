@@ -240,7 +240,7 @@ std::size_t write_records(const protocol::Protocol& protocol, const protocol::Re
     const device::Devices devices = device::open_devices(request.stage, request.tracker);
     CheckOptions check = session::check_for(request.check, devices.motion);
     const std::string file = measure->plan_check.string();
-    const std::string digest = session::plan_sha256(request.plan, devices.mechanism);
+    const std::string digest = session::plan_sha256(request.plan, devices.machine);
     if (const auto [at, is_new] = written.emplace(file, digest); !is_new) {
       if (at->second == digest) continue;
       throw InputError({.what = "two plans cannot have one record",
@@ -248,7 +248,7 @@ std::size_t write_records(const protocol::Protocol& protocol, const protocol::Re
                         .got = step.name,
                         .expected = "a file for each plan"});
     }
-    session::write_plan_record(file, request.plan, devices.mechanism, check, context.existing());
+    session::write_plan_record(file, request.plan, devices.machine, check, context.existing());
   }
   return written.size();
 }

@@ -250,7 +250,7 @@ StageResult run_contest(const Campaign& campaign, const Json& parameters) {
 
 Stage contest_stage() {
   return {.name = "contest",
-          .algorithm_version = 10,
+          .algorithm_version = 11,
           .what = "all methods on one baseline with the same folds; picks one by a stated rule",
           .complete = complete_contest,
           .run = run_contest};

@@ -121,7 +121,7 @@ StageResult run_diagnosis(const Campaign& measured, const Json& p) {
 
 Stage diagnose_stage() {
   return {.name = "diagnose",
-          .algorithm_version = 9,
+          .algorithm_version = 10,
           .what = "the discrepancy workflow: which physical effect the model is missing",
           .complete = complete_diagnosis,
           .run = run_diagnosis};

@@ -386,7 +386,7 @@ StageResult run_gp(const Campaign& campaign, const Json& parameters) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 8,
+          .algorithm_version = 9,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete_model,
           .run = run_geometry};
@@ -403,7 +403,7 @@ Stage gp_stage() {
 Stage hybrid_stage() {
   return {
       .name = "hybrid",
-      .algorithm_version = 8,
+      .algorithm_version = 9,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
       .run = run_hybrid};

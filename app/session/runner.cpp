@@ -67,7 +67,7 @@ Runner::Runner(store::Connection& connection, std::shared_ptr<device::Devices> d
              }),
       gate_(pose_gate(
           course.settings.policy, course.plan, devices_->sigma,
-          devices_->virtual_time ? std::nullopt : std::optional(devices_->mechanism.home))) {}
+          devices_->virtual_time ? std::nullopt : std::optional(devices_->machine.home))) {}
 
 void Runner::advance(Event event) {
   const std::optional<State> to = next(state_, event);

@@ -7,7 +7,7 @@
 #include "core/diagnose/selection.hpp"
 #include "core/linear/decompositions.hpp"
 #include "core/linear/singular_values.hpp"
-#include "core/mechanism/machine_at.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/plan/check.hpp"
 #include "core/plane/extent.hpp"
 #include "core/plane/hull.hpp"

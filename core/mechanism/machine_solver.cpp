@@ -6,10 +6,26 @@
 
 #include "core/error.hpp"
 #include "core/mechanism/clearance.hpp"
-#include "core/mechanism/forward.hpp"
+#include "core/mechanism/error_model.hpp"
 #include "core/mechanism/velocity.hpp"
 
 namespace trammel {
+
+namespace {
+
+ForwardResult::Status status_of(MachinePose::Status status) {
+  switch (status) {
+    case MachinePose::Status::ok:
+      return ForwardResult::Status::ok;
+    case MachinePose::Status::unreachable:
+      return ForwardResult::Status::unreachable;
+    case MachinePose::Status::singular:
+      return ForwardResult::Status::singular;
+  }
+  return ForwardResult::Status::not_converged;
+}
+
+}  // namespace
 
 MachineSolver::MachineSolver(const Machine& machine)
     : machine_(machine), is_prr_(machine.kind->chain == &kPrrChain) {
@@ -79,6 +95,49 @@ MachineSolver::Look MachineSolver::look(const Pose& pose) const {
   look.clearance_mm = machine_.kind->chain == &kRprChain ? cylinder_clearance_mm(machine_, at)
                                                          : std::numeric_limits<double>::infinity();
   return look;
+}
+
+void MachineSolver::move_guides(const Eigen::Vector3d& by_mm) {
+  const auto offset = machine_.kind->chain->offset;
+  if (!offset) return;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(machine_.kind->n_chains); ++i) {
+    machine_.chains[i][*offset] += by_mm[static_cast<Eigen::Index>(i)];
+    if (!is_prr_) continue;
+    rails_.h_mm[i] += by_mm[static_cast<Eigen::Index>(i)];
+    geometry_.chains[i].h_mm += by_mm[static_cast<Eigen::Index>(i)];
+  }
+}
+
+MachineAt MachineSolver::at(const Displacements& q_mm, const Pose& start, bool moment) const {
+  MachineAt result;
+  if (is_prr_) {
+    const ForwardResult found = forward(rails_, q_mm, start);
+    result.status = found.status;
+    if (!found.ok()) return result;
+    result.pose = found.pose;
+    if (moment) {
+      result.angle_rad = link_angles_rad(rails_, found.at);
+      result.J_V = velocity_jacobian(velocity_equation(rails_, found.at));
+    }
+    result.J_e = error_jacobian(rails_, found.at);
+    return result;
+  }
+  Displacements q = q_mm;  // drives that the machine has not stand at 0
+  for (int i = machine_.kind->n_chains; i < kChains; ++i) q[i] = 0;
+  const MachinePose found = forward(machine_, q, start);
+  result.status = status_of(found.status);
+  if (!found.ok()) return result;
+  result.pose = found.pose;
+  const Closures here = closures(machine_, q, found.pose);
+  result.J_e = error_jacobian(here);
+  if (!moment) return result;
+  result.J_V = velocity_jacobian(here);
+  if (const auto angle = drives_at(machine_, found.pose).angle) result.angle_rad = (*angle)[0];
+  return result;
+}
+
+Displacements drives_of(const Machine& machine, const Pose& pose) {
+  return MachineSolver(machine).drives(pose).l_mm;
 }
 
 }  // namespace trammel

@@ -6,7 +6,7 @@
 
 #include "core/measure/epochs.hpp"
 #include "core/measure/reading.hpp"
-#include "core/mechanism/machine_at.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/model/effect.hpp"
 
 namespace trammel {
