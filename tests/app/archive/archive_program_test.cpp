@@ -7,6 +7,7 @@
 #include "tests/app/archive/stations.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/json_schema.hpp"
 #include "tests/support/program.hpp"
 
 using Catch::Matchers::Contains;
@@ -52,7 +53,10 @@ TEST_CASE("init, push, list, status, verify and pull as a person types them", "[
     const Finished done = run_program(words, folder.path());
     CAPTURE(words, done.err);
     REQUIRE(done.exit_code == 0);
-    return nlohmann::json::parse(done.out);
+    const auto answer = nlohmann::json::parse(done.out);
+    const std::string schema = "archive-" + words[1] + ".schema.json";
+    CHECK(tests::schema_errors(answer, schema) == "");
+    return answer;
   };
   const auto made = run({"init", server->uri(archive, "robot_a")});
   CHECK(made["made"] == false);
