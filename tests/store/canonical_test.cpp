@@ -40,9 +40,10 @@ TEST_CASE("SHA-256 of a row's canonical bytes is its seal, and begins with its k
   readings << campaign << 0;
   int n_readings = 0;
   for (; readings.step(); ++n_readings) {
-    const std::string link =
-        std::string("b\0\0\0\0\0\0\0\x20", 9) + std::string(head.begin(), head.end());
-    head = sha256_of(link + canonical_bytes(readings, kFirstChained, kEndChained));
+    std::string link("b\0\0\0\0\0\0\0\x20", 9);
+    link.append(head.begin(), head.end());
+    link.append(canonical_bytes(readings, kFirstChained, kEndChained));
+    head = sha256_of(link);
     CHECK(hex(readings.blob(kEndChained)) == hex(head));
   }
   CHECK(n_readings == 9);

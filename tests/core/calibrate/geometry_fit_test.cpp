@@ -256,7 +256,7 @@ TEST_CASE("wrong readings are named, and no good neighbour, whatever the model l
   int n_wrong = 0, n_named = 0, n_false = 0;
   for (int trial = 0; trial < 32; ++trial) {
     RobotModel truth = nominal_model(paper_mechanism());
-    truth.geometry = tests::random_geometry(random);
+    set_geometry(truth.machine, tests::random_geometry(random));
     if (trial % 2 == 1) {
       truth.effects.push_back({&find_effect("lead_scale"), Eigen::Vector3d(0.004, 0.0025, 0.005)});
       truth.effects.push_back({&find_effect("backlash"), Eigen::Vector3d(0.08, 0.07, 0.09)});

@@ -79,7 +79,7 @@ Campaign axis(std::uint64_t seed, const Errs& errs, int targets = 11, int runs =
   return c;
 }
 
-std::vector<std::string> named(const Diagnosis& d) {
+std::vector<std::string> names_of_effects(const Diagnosis& d) {
   std::vector<std::string> names;
   for (const NamedEffect& e : d.effects) names.push_back(e.name);
   return names;
@@ -111,7 +111,7 @@ TEST_CASE(
     INFO(c.name);
     const Diagnosis d = diagnose(stage(3, c.errs));
     CHECK(d.verdict == Verdict::explained);
-    REQUIRE(named(d) == std::vector<std::string>{c.name});
+    REQUIRE(names_of_effects(d) == std::vector<std::string>{c.name});
     CHECK(d.effects[0].rails == std::vector<int>{c.rail});
     const NamedParameter& p = d.effects[0].parameters[0];
     INFO(p.name << " = " << p.value << " +- " << p.std);
@@ -134,14 +134,14 @@ TEST_CASE("two axes have a noise each, and a small error of the better one is se
   const Diagnosis d = diagnose(stage(
       5, [](const Stand& s) { return Eigen::Vector2d(0, 5e-8 * s.x * s.x); }, 0.1));
   CHECK_THAT(d.noise.y_over_x, WithinAbs(0.1, 0.03));
-  CHECK(named(d) == std::vector<std::string>{"guide_bow"});
+  CHECK(names_of_effects(d) == std::vector<std::string>{"guide_bow"});
 }
 
 TEST_CASE("an axis can't tell its lead from the instrument's scale", "[diagnose]") {
   const Diagnosis d =
       diagnose(axis(6, [](const Stand& s) { return Eigen::Vector2d(8e-5 * s.x, 0); }));
   CHECK(d.verdict == Verdict::ambiguous);
-  std::vector<std::string> all = named(d);
+  std::vector<std::string> all = names_of_effects(d);
   for (const Rival& r : d.rivals) all.insert(all.end(), r.names.begin(), r.names.end());
   for (const char* name : {"lead_scale", "tracker_scale"}) {
     CHECK(std::ranges::find(all, name) != all.end());
@@ -149,7 +149,7 @@ TEST_CASE("an axis can't tell its lead from the instrument's scale", "[diagnose]
   const Diagnosis play =
       diagnose(axis(7, [](const Stand& s) { return Eigen::Vector2d(-0.004 * s.dir_x, 0); }));
   CHECK(play.verdict == Verdict::explained);
-  CHECK(named(play) == std::vector<std::string>{"backlash"});
+  CHECK(names_of_effects(play) == std::vector<std::string>{"backlash"});
 }
 
 TEST_CASE("a reversal that differs by target and drifts from run to run is no backlash",
@@ -165,7 +165,7 @@ TEST_CASE("a reversal that differs by target and drifts from run to run is no ba
   const Diagnosis d = diagnose(c);
   CHECK(d.verdict != Verdict::explained);
   CHECK(d.verdict != Verdict::nothing_missing);
-  CHECK(std::ranges::count(named(d), "backlash") == 0);
+  CHECK(std::ranges::count(names_of_effects(d), "backlash") == 0);
   const auto at = reversals_by_target(c.machine, c.readings);
   REQUIRE(at.size() == 3);
   for (std::size_t k = 0; k < 3; ++k) {
