@@ -88,7 +88,7 @@ TEST_CASE("a protocol names devices, gates, conditions, margins, plans and recor
   CHECK(judge.new_set_up);
   const auto& grid = std::get<job::GridRequest>(judge.plan);
   // Of 25 points 16 lie within -40 and 60; two orientations, two directions, three rounds.
-  const Plan plan = job::grid_plan(grid, paper_mechanism()).plan;
+  const Plan plan = job::grid_plan(grid, machine_of(paper_mechanism())).plan;
   CHECK(plan.points.size() == 16 * 2 * 2 * 3);
   CHECK(plan.points.back().repeat == 3);
 }

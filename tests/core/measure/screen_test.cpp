@@ -365,12 +365,14 @@ TEST_CASE("one to three wrong readings are named, at the border too, and no good
   int n_wrong = 0;
   for (int trial = 0; trial < 24; ++trial) {
     Geometry truth = tests::random_geometry(random);
-    Campaign c{.name = "paper", .mechanism = paper_mechanism()};
+    Campaign c;
+    c.name = "paper";
+    c.machine = machine_of(paper_mechanism());
     const double lead = trial % 3 == 0 ? 0 : 0.003, backlash_mm = trial % 2 == 0 ? 0 : 0.08;
     Displacements lead_of;
     for (double& k : lead_of) k = lead * random.normal();
     c.readings = tests::measure(truth, tests::eighty_points(), random);
-    const Displacements home = inverse(c.mechanism.geometry, c.mechanism.home).l_mm;
+    const Displacements home = inverse(mechanism_of(c.machine).geometry, c.machine.home).l_mm;
     for (Reading& r : c.readings) {
       const Displacements way = r.conditions.cmd_mm - r.conditions.from_mm;
       const Displacements l = r.conditions.cmd_mm +
