@@ -9,7 +9,6 @@ namespace {
 Scheme former() {
   return {
       .order = ByteOrder::little,
-      .begins_with_uuid = false,
       .readings =
           "SELECT reading_id, campaign_id, seq, session_id, epoch, attempt_id, reading_set, "
           "target_x_mm, target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, "

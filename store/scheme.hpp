@@ -11,7 +11,6 @@ inline constexpr int kRedrawn = 5;
 /// Until version 4 digests were taken over little-endian bytes and the file's own numbers of rows.
 struct Scheme {
   ByteOrder order = ByteOrder::big;
-  bool begins_with_uuid = true;  // the chain of readings; else with zeros
   /// Columns 0 to 2: reading_id, campaign_id, seq. Digested: from `first` to before `end`, then
   /// sha256.
   std::string readings;

@@ -84,10 +84,6 @@ void chain(Connection& connection, const Scheme& scheme, CheckReport& report, st
     std::int64_t seq = 0;
   };
   std::map<Id, End> ends;
-  if (scheme.begins_with_uuid) {
-    Statement campaigns(connection, "SELECT campaign_id, uuid FROM campaign NOT INDEXED");
-    while (campaigns.step()) ends[campaigns.integer(0)].head = chain_start(campaigns.text(1));
-  }
   std::int64_t previous = 0;
   std::string previous_name;
   Statement rows(connection, scheme.readings);
@@ -181,6 +177,14 @@ void counts(Connection& connection, CheckReport& report) {
     report.findings.push_back(rows.text(0) + " " + rows.text(1) + ": stored " + rows.text(2) +
                               " readings, there are " + rows.text(3));
   }
+  // The chain is a campaign's own, and does not hold whose it is.
+  Statement strangers(connection,
+                      "SELECT reading_id FROM reading JOIN session USING (session_id) WHERE "
+                      "reading.campaign_id <> session.campaign_id");
+  while (strangers.step()) {
+    report.findings.push_back("reading " + strangers.text(0) +
+                              ": its session is of another campaign");
+  }
 }
 
 }  // namespace
@@ -224,12 +228,7 @@ bool had_head(Connection& connection, std::string_view head) {
       std::string("SELECT 1 FROM reading WHERE hex(sha256) = upper(?1)") +
           (redrawn ? " UNION ALL SELECT 1 FROM taken_over WHERE hex(head) = upper(?1)" : ""));
   find << head;
-  if (find.step()) return true;
-  Statement campaigns(connection, "SELECT uuid FROM campaign");
-  while (redrawn && campaigns.step()) {
-    if (hex(chain_start(campaigns.text(0))) == head) return true;
-  }
-  return false;
+  return find.step();
 }
 
 }  // namespace trammel::store

@@ -150,9 +150,19 @@ class TableReader {
   /// coordinate's name is x.
   void settle_bare_coordinates() {
     const bool target = has(Role::target), deviation = has(Role::deviation);
+    const auto holds = [this](Role role, int coordinate) {
+      return std::ranges::any_of(columns_, [role, coordinate](const Column& c) {
+        return c.role == role && c.coordinate == coordinate;
+      });
+    };
     for (Column& c : columns_) {
       const bool bare = c.role == Role::none && c.coordinate >= 0 && !c.strange;
-      if (bare && (target || deviation)) c.role = target ? Role::measured : Role::target;
+      if (!bare || !(target || deviation)) continue;
+      const bool beside_deviation =
+          holds(Role::deviation, c.coordinate) && !holds(Role::target, c.coordinate);
+      c.role = target && !beside_deviation ? Role::measured : Role::target;
+    }
+    for (Column& c : columns_) {
       const bool position =
           c.role == Role::target || c.role == Role::measured || c.role == Role::deviation;
       if (options_.one_axis && position && c.coordinate < 0) c.coordinate = 0;

@@ -9,7 +9,7 @@ namespace trammel {
 store::ImportResult store_campaign(store::Connection& connection, const CampaignFile& file);
 
 /// A stored campaign as campaign/2, excluded readings too. Stored elsewhere it is judged alike: the
-/// same walks, pairs and figures of what was measured (exchange_test.cpp); jobs stay here.
+/// same walks, pairs and figures of what was measured (speakers_agree_test.cpp); jobs stay here.
 CampaignFile stored_campaign(store::Connection& connection, const store::CampaignRow& campaign);
 
 }  // namespace trammel

@@ -18,7 +18,7 @@ CREATE TABLE trammel.station (
   first_at timestamptz NOT NULL DEFAULT now()
 );
 
--- The end of what a campaign has stored here. head: sha256 of its last reading (without readings: of its uuid);
+-- The end of what a campaign has stored here. head: sha256 of its last reading (without readings: zeros);
 -- rows_sha256: SHA-256 over the digests of its other rows, in the order of their bytes.
 CREATE TABLE trammel.campaign_head (
   campaign text PRIMARY KEY CHECK (length(campaign) = 36),
@@ -160,8 +160,8 @@ CREATE FUNCTION trammel.bytes_of(r trammel.reading) RETURNS bytea LANGUAGE sql S
 $$;
 CREATE FUNCTION trammel.link(before bytea, bytes bytea) RETURNS bytea LANGUAGE sql IMMUTABLE PARALLEL SAFE AS
 $$ SELECT sha256('\x62'::bytea || int8send(32) || before || bytes) $$;
-CREATE FUNCTION trammel.chain_start(campaign text) RETURNS bytea LANGUAGE sql STABLE PARALLEL SAFE AS
-$$ SELECT sha256(trammel.canonical(campaign)) $$;
+CREATE FUNCTION trammel.chain_start(campaign text) RETURNS bytea LANGUAGE sql IMMUTABLE PARALLEL SAFE AS
+$$ SELECT decode(repeat('00', 32), 'hex') $$;
 
 -- The double of 8 bytes: sign, exponent and fraction are exact, and so is their product.
 CREATE FUNCTION trammel.real_of(b bytea) RETURNS float8 LANGUAGE plpgsql IMMUTABLE PARALLEL SAFE AS $$

@@ -170,7 +170,7 @@ CREATE UNIQUE INDEX attempt_ok_once ON attempt (point_id) WHERE status = 'ok';
 CREATE INDEX attempt_open ON attempt (status) WHERE status = 'open';
 
 -- Raw: what was commanded and what was read. sha256 chains the campaign's readings in the order of
--- seq: digest of the previous reading's sha256 (the first: of the campaign's uuid) and of what this one is, named by
+-- seq: digest of the previous reading's sha256 (the first: of zeros) and of what this one is, named by
 -- natural keys: session, epoch, point and attempt.
 CREATE TABLE reading (
   reading_id INTEGER PRIMARY KEY,

@@ -139,7 +139,7 @@ TEST_CASE("every table and view is exported by its name, and sqlite3 reads the f
                                   "AND name NOT LIKE 'sqlite_%'",
                                   "--json"})
                          .json();
-  REQUIRE(names["rows"].size() == 19 + 6);
+  REQUIRE(names["rows"].size() == 22 + 6);
   for (const auto& row : names["rows"]) {
     const std::string name = row["name"];
     INFO(name);

@@ -162,6 +162,7 @@ TEST_CASE("two drive errors that a coarse tracker can't tell apart are told apar
     CHECK(told.story.size() <= kRounds + 1);
     CHECK(told.story[0].at("verdict") == "ambiguous");
     CHECK_THAT(told.story[0].at("rivals").dump(), Contains(hidden.rival));
+    INFO(told.story.back().dump());
     check_named(told.story.back(), hidden.name, hidden.truth);
   }
 }

@@ -423,9 +423,13 @@ TEST_CASE("a campaign that went through its files is judged alike, and leaves th
     CHECK(there.exclusions == here.exclusions);
     // And it can be calibrated there: to the same values.
     const auto values = [](const store::Job& job) {
-      return nlohmann::json::parse(job.data.result_json).at("correction");
+      return nlohmann::json::parse(job.data.result_json).at("correction").flatten();
     };
-    CHECK(values(job::run(elsewhere, {.campaign = "lab", .stage = "lsq"}).job) ==
-          values(lab.calibrate("lsq")));
+    const nlohmann::json a = values(job::run(elsewhere, {.campaign = "lab", .stage = "lsq"}).job);
+    for (const auto& [path, value] : values(lab.calibrate("lsq")).items()) {
+      INFO(path);  // not every angle in rad is one in deg to the last bit
+      if (value.is_number())
+        CHECK(a.at(path).get<double>() == Approx(value.get<double>()).margin(1e-12));
+    }
   }
 }

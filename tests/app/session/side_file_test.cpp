@@ -174,7 +174,7 @@ namespace {
 /// A disk of two MB of its own.
 struct SmallDisk {
   explicit SmallDisk(const std::filesystem::path& at) : path(at) {
-    mounted = ::mount("tmpfs", path.c_str(), "tmpfs", 0, "size=2m") == 0;
+    mounted = ::mount("tmpfs", path.c_str(), "tmpfs", 0, "size=4m") == 0;
   }
   ~SmallDisk() {
     if (mounted) ::umount2(path.c_str(), MNT_DETACH);

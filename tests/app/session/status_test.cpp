@@ -145,9 +145,12 @@ TEST_CASE("no row makes the status fail, and what it says comes from the rows th
                            "2026-02-30T00:00:00.000Z", "9999-12-31T23:59:59.999Z"}) {
     store::Connection raw(file, store::Access::write);
     for (const char* kind : {"note", kBaseEvent}) {
-      store::Statement insert(raw,
-                              "INSERT INTO session_event (session_id, kind, detail, at_utc) SELECT "
-                              "session_id, ?, '{no JSON', ? FROM session WHERE name = 's'");
+      store::Statement insert(
+          raw,
+          "INSERT INTO session_event (session_id, number, kind, detail, at_utc) "
+          "SELECT session_id, (SELECT 1 + max(number) FROM session_event AS e "
+          "WHERE e.session_id = session.session_id), ?, '{no JSON', ? FROM "
+          "session WHERE name = 's'");
       insert << kind << time;
       insert.run();
     }
@@ -171,8 +174,10 @@ TEST_CASE("the times of a session never go back, though the date was put back be
   const auto session = store::find_session(db, campaign.id, "s");
   {  // what a computer wrote whose date was an hour ahead
     store::Statement ahead(db,
-                           "INSERT INTO session_event (session_id, kind, detail, at_utc) VALUES "
-                           "(?, 'note', '', strftime('%Y-%m-%dT%H:%M:%fZ', 'now', '+1 hour'))");
+                           "INSERT INTO session_event (session_id, number, kind, detail, at_utc) "
+                           "SELECT ?1, 1 + max(number), 'note', '', "
+                           "strftime('%Y-%m-%dT%H:%M:%fZ', 'now', '+1 hour') FROM session_event "
+                           "WHERE session_id = ?1");
     ahead << session->id;
     ahead.run();
   }

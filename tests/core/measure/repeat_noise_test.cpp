@@ -54,6 +54,7 @@ TEST_CASE("another approach, epoch or command is no repeat; one repeat counts on
 TEST_CASE("what is stated stands until repeats exceed it, once in 100 sound campaigns",
           "[measure]") {
   Campaign campaign;
+  campaign.machine.measured = {true, true, true};
   campaign.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
   int overruled = 0, doubted = 0;
   constexpr int kTrials = 1000;
@@ -75,6 +76,7 @@ TEST_CASE("what is stated stands until repeats exceed it, once in 100 sound camp
 TEST_CASE("repeats beyond what is stated are used, repeats below doubt it, few decide nothing",
           "[measure]") {
   Campaign campaign;
+  campaign.machine.measured = {true, true, true};
   campaign.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
   campaign.readings = repeats(20, 5, 0.0197, rad_from_deg(0.004));
   const NoiseLevel beyond = noise_level(campaign);
@@ -96,6 +98,7 @@ TEST_CASE("repeats beyond what is stated are used, repeats below doubt it, few d
 
 TEST_CASE("one bad repeat does not make the noise: its group is left out", "[measure]") {
   Campaign campaign;
+  campaign.machine.measured = {true, true, true};
   campaign.tracker = TrackerSigma{0.010, rad_from_deg(0.004)};
   campaign.readings = repeats(20, 3, 0.010, rad_from_deg(0.004));
   campaign.readings[7].measured->x_mm += 1.0;
@@ -106,6 +109,7 @@ TEST_CASE("one bad repeat does not make the noise: its group is left out", "[mea
 
 TEST_CASE("without a statement the repeats, and with neither it is refused", "[measure]") {
   Campaign campaign;
+  campaign.machine.measured = {true, true, true};
   campaign.readings = repeats(10, 3, 0.02, 1e-4);
   CHECK(noise_level(campaign).source == NoiseLevel::Source::repeats);
   campaign.tracker = TrackerSigma{0.010, 0};
