@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -194,11 +195,34 @@ ExitCode tell_plan(const std::string& command, const protocol::Protocol& protoco
   return code;
 }
 
+/// The demo's files in a folder that goes again: a dry run writes nothing where they are to stand.
+struct AsideFolder {
+  AsideFolder() {
+    std::string name = std::filesystem::temp_directory_path() / "trammel-demo-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) {
+      throw StoreError({.what = "no folder could be made for a dry run", .got = name});
+    }
+    path = name;
+  }
+  ~AsideFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  AsideFolder(const AsideFolder&) = delete;
+  AsideFolder& operator=(const AsideFolder&) = delete;
+  std::filesystem::path path;
+};
+
 /// As it stands in the folder, else as it would be written there.
-protocol::Protocol demo_protocol(const std::filesystem::path& folder) {
+ExitCode tell_demo(const std::filesystem::path& folder, Context& context) {
   const std::filesystem::path file = folder / "protocol.json";
-  return std::filesystem::exists(file) ? protocol::read_protocol(file)
-                                       : protocol::parse_protocol(kPaperProtocol, file);
+  if (std::filesystem::exists(file)) {
+    return tell_plan("demo", protocol::read_protocol(file), context);
+  }
+  const AsideFolder aside;
+  write_unless_there(aside.path / "robot.json", kPaperRobot);
+  return tell_plan("demo", protocol::parse_protocol(kPaperProtocol, aside.path / "protocol.json"),
+                   context);
 }
 
 /// The demo's own, whatever TRAMMEL_DB names: that, and one that no demo began, is somebody's
@@ -316,7 +340,7 @@ ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
 ExitCode run_demo(const DemoOptions& options, Context& context) {
   const std::filesystem::path folder = options.folder;
   own_database(folder, context);
-  if (options.dry_run) return tell_plan("demo", demo_protocol(folder), context);
+  if (options.dry_run) return tell_demo(folder, context);
   std::filesystem::create_directories(folder);
   write_unless_there(folder / "robot.json", kPaperRobot);
   write_unless_there(folder / "protocol.json", kPaperProtocol);

@@ -18,9 +18,10 @@
 using namespace trammel;
 
 int main() {
+  const Mechanism stated = paper_mechanism();
   simulate::Truth truth;
-  truth.nominal = paper_mechanism();
-  truth.actual = truth.nominal.geometry;
+  truth.nominal = machine_of(stated);
+  truth.actual = truth.nominal.chains;
   truth.drive.lead_scale = {0, 0.003, 0};
   const simulate::VirtualRobot robot(truth);
 
@@ -29,17 +30,17 @@ int main() {
     Reading r;
     r.seq = static_cast<int>(readings.size()) + 1;
     r.target = target;
-    r.conditions.cmd_mm = inverse(truth.nominal.geometry, target).l_mm;
+    r.conditions.cmd_mm = inverse(stated.geometry, target).l_mm;
     r.measured = robot.read(r.conditions, static_cast<std::uint64_t>(r.seq)).pose;
     readings.push_back(r);
   }
   const LsqResult found =
-      identify_linear(truth.nominal, readings, {.xy_mm = 0.010, .phi_rad = rad_from_deg(0.004)});
+      identify_linear(stated, readings, {.xy_mm = 0.010, .phi_rad = rad_from_deg(0.004)});
 
   const Pose unseen{45, -35, 0};
   for (const Correction& correction :
        {Correction{}, Correction{GeometryCorrection{found.geometry}}}) {
-    const Conditions there{.cmd_mm = commanded(correction, truth.nominal, {.target = unseen}).l_mm};
+    const Conditions there{.cmd_mm = commanded(correction, stated, {.target = unseen}).l_mm};
     std::printf("%-8s position error at an unseen pose: %.4f mm\n", kind_of(correction).c_str(),
                 position_error_mm(robot.true_pose(there).pose, unseen));
   }

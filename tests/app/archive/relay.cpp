@@ -128,8 +128,8 @@ void Relay::talk(int client, int server) {
       ++n_messages_;
       n_bytes_ += static_cast<long>(size);
       if (cut_.lie_of_commit && message.find("COMMIT") == 5) {
-        send_all(client, kCommitted);
         has_cut_ = true;
+        send_all(client, kCommitted);
         ::usleep(50000);  // the client reads it before the connection ends
         return;
       }

@@ -181,10 +181,15 @@ struct SmallDisk {
   }
   SmallDisk(const SmallDisk&) = delete;
   SmallDisk& operator=(const SmallDisk&) = delete;
-  void fill() const {
-    std::ofstream to(path / "filling", std::ios::binary);
-    while (to.write(std::string(4096, 'x').data(), 4096).flush()) {
+  /// Up to this many pages.
+  void fill(std::uintmax_t pages_left) const {
+    {
+      std::ofstream to(path / "filling", std::ios::binary);
+      while (to.write(std::string(4096, 'x').data(), 4096).flush()) {
+      }
     }
+    const auto size = std::filesystem::file_size(path / "filling");
+    std::filesystem::resize_file(path / "filling", size - pages_left * 4096);
   }
   std::filesystem::path path;
   bool mounted = false;
@@ -200,7 +205,7 @@ TEST_CASE("on a disk that has become full the reading in hand is kept aside", "[
   int stored = 0;
   around.stored = [&](int n) {
     stored = n;
-    if (n == 2) disk.fill();
+    if (n == 2) disk.fill(5);  // the next attempt goes in, its reading does not
   };
   std::string error;
   store::Connection db = store::open(folder.path() / "t.db", store::Access::create);
