@@ -99,9 +99,8 @@ void print_json(const Shown& s, const Context& context) {
   Json out = row_json(s.row);
   out["chain_head"] = s.chain_head;
   const Machine& machine = s.loaded.campaign.machine;
-  out["mechanism"] = machine.kind->chain == &kPrrChain
-                         ? Json(mechanism_json(mechanism_of(machine)))
-                         : Json(machine_json(machine));
+  out["mechanism"] = machine.kind->chain == &kPrrChain ? Json(mechanism_json(mechanism_of(machine)))
+                                                       : Json(machine_json(machine));
   out["facts"] = s.loaded.campaign.facts;
   out.update(parts_json(s));
   context.print("campaign-show", out);

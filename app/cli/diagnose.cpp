@@ -106,7 +106,8 @@ void setup_diagnose(Command app, Context& context) {
       app.command("diagnose", "Which physical effect is the model missing, and can it be trusted");
   auto options = std::make_shared<DiagnoseOptions>();
   command.option("campaign", options->request.campaign, "name or uuid of a stored campaign");
-  command.option("--from", options->from, "a campaign/2 or /1 folder instead; no database is touched")
+  command
+      .option("--from", options->from, "a campaign/2 or /1 folder instead; no database is touched")
       .type("FOLDER");
   command
       .option("--session", options->request.sessions,

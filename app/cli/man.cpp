@@ -93,7 +93,8 @@ constexpr Entry kEnvironment[] = {
 };
 constexpr Entry kExamples[] = {
     {"trammel demo", "The paper's whole campaign on a virtual robot, with its report."},
-    {"trammel campaign import FOLDER", "Stores the readings of another tool (campaign/2, campaign/1)."},
+    {"trammel campaign import FOLDER",
+     "Stores the readings of another tool (campaign/2, campaign/1)."},
     {"trammel calibrate lsq paper && trammel report paper", "Accuracy before and after."},
     {"trammel diagnose paper", "Which physical effect the model is missing."},
 };

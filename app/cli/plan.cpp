@@ -130,8 +130,8 @@ job::GridRequest grid_of(const CreateOptions& o, const Bounds& bounds) {
 Plan plan_for(const CreateOptions& o, const Bounds& bounds, const Context& context) {
   if (o.grid.grid == job::kNextPoints) return suggested_points(o, context);
   const bool only_safe = bounds.machine.has_value();
-  const job::GridPlan grid =
-      job::grid_plan(grid_of(o, bounds), bounds.machine.value_or(machine_of(paper_mechanism())), only_safe);
+  const job::GridPlan grid = job::grid_plan(
+      grid_of(o, bounds), bounds.machine.value_or(machine_of(paper_mechanism())), only_safe);
   if (grid.n_out > 0) {
     context.say(fmt::format("{} of {} points are left out: outside the bounds{}", grid.n_out,
                             grid.n_all, only_safe ? ", or not safe on the machine" : ""));

@@ -42,9 +42,8 @@ struct Run {
 Plan plan_of_step(const MeasureStep& step, const Machine& machine) {
   if (step.suggested()) return {};  // not known yet
   const auto* file = std::get_if<std::filesystem::path>(&step.plan);
-  Plan plan = file != nullptr
-                  ? read_plan(*file)
-                  : job::grid_plan(std::get<job::GridRequest>(step.plan), machine).plan;
+  Plan plan = file != nullptr ? read_plan(*file)
+                              : job::grid_plan(std::get<job::GridRequest>(step.plan), machine).plan;
   for (PlannedPoint& point : plan.points) point.set = step.set.value_or(point.set);
   return plan;
 }

@@ -12,7 +12,8 @@ namespace trammel::report {
 using Jobs = std::map<std::string, store::Job>;  // by stage; "lsq (by name)"
 
 /// Per stage the job a session was compensated by, else the newest; of those whose result can be
-/// read (why_not_shown); and the corrections of sessions whose job is not in this database. `left_out` gets a sentence for each that can't.
+/// read (why_not_shown); and the corrections of sessions whose job is not in this database.
+/// `left_out` gets a sentence for each that can't.
 Jobs chosen_jobs(store::Connection& connection, store::Id campaign_id, const Measured& measured,
                  std::vector<std::string>* left_out = nullptr);
 

@@ -113,12 +113,13 @@ inline constexpr double kFalseOutlying = 0.01;  // over all readings of a fit
 /// expect of it, by the model and a smooth field of each coordinate (smooth_terms, where there are
 /// two rows a column): what the model lacks in common is no reading's fault.
 ///   d2 = r' (I - H)^-1 r / scale^2,   H = J Cov J' of its own three rows (leverage)
-/// beyond the limit of chi^2(k) of its k coordinates for false_alarm / N (Bonferroni). The worst, and those of half its
-/// d2, are set aside and the rest fitted again (linearised at the solution), until none of the rest
-/// lies beyond or a quarter is aside: a wrong reading pulls the fit, and right ones then look wrong.
-/// What was set aside is judged at the end against the fit without it: r' (I + H)^-1 r / scale^2.
-/// scale: the residuals' own spread, at least 1. A fit that wrong readings pull far is no place to
-/// linearise: give one with `huber`. They are named, not dropped. Proof: geometry_fit_test.cpp.
+/// beyond the limit of chi^2(k) of its k coordinates for false_alarm / N (Bonferroni). The worst,
+/// and those of half its d2, are set aside and the rest fitted again (linearised at the solution),
+/// until none of the rest lies beyond or a quarter is aside: a wrong reading pulls the fit, and
+/// right ones then look wrong. What was set aside is judged at the end against the fit without it:
+/// r' (I + H)^-1 r / scale^2. scale: the residuals' own spread, at least 1. A fit that wrong
+/// readings pull far is no place to linearise: give one with `huber`. They are named, not dropped.
+/// Proof: geometry_fit_test.cpp.
 std::vector<OutlyingReading> outlying_readings(const GeometryFit& fit,
                                                std::span<const Reading> readings,
                                                double false_alarm = kFalseOutlying);

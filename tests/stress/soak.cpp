@@ -103,7 +103,8 @@ LsqResult identified(SocketCampaign& campaign) {
   }
   const device::Devices devices =
       device::open_devices(campaign.request.stage, campaign.request.tracker);
-  return identify_linear(mechanism_of(devices.machine), readings, *devices.sigma, {.shared_epochs = true});
+  return identify_linear(mechanism_of(devices.machine), readings, *devices.sigma,
+                         {.shared_epochs = true});
 }
 
 /// Along the principal axes of what is identified, where the differences are independent of each

@@ -38,8 +38,9 @@ std::set<std::string> system_files() {
   for (std::string line; std::getline(deps, line);) {
     if (!line.starts_with("    ")) {
       // trammel-archive is linked with libpq as the system has it, which comes with its own terms.
-      ours = (line.starts_with("core/") || line.starts_with("store/") || line.starts_with("app/")) &&
-             !line.starts_with("app/archive/");
+      ours =
+          (line.starts_with("core/") || line.starts_with("store/") || line.starts_with("app/")) &&
+          !line.starts_with("app/archive/");
     } else if (ours && line.starts_with("    /usr/")) {
       files.insert(line.substr(4));
     }

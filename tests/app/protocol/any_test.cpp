@@ -221,9 +221,9 @@ TEST_CASE("a protocol waits at a pause until a person confirms, once", "[protoco
   CHECK(third.exit_code == 0);
   CHECK(std::filesystem::exists(folder.path() / "report.json"));
   CHECK(protocol({}).exit_code == 0);
-  const auto log =
-      run_here({"query", "SELECT detail FROM session_event WHERE kind = 'confirmed' ORDER BY event_id"},
-               folder.path());
+  const auto log = run_here(
+      {"query", "SELECT detail FROM session_event WHERE kind = 'confirmed' ORDER BY event_id"},
+      folder.path());
   CHECK_THAT(log.out, Contains("nests: put nest 2 on") && Contains("warm: warm up to 22 degC"));
 }
 
