@@ -1,26 +1,14 @@
 #include "store/canonical.hpp"
 
-#include <sqlite3.h>
-
-#include <algorithm>
 #include <bit>
 #include <map>
+#include <utility>
 
 #include "store/reading.hpp"
 
 namespace trammel::store {
 
 namespace {
-
-void append_number(std::string& bytes, char kind, std::uint64_t bits) {
-  bytes += kind;
-  for (int shift = 56; shift >= 0; shift -= 8) bytes += static_cast<char>(bits >> shift);
-}
-
-void append_sized(std::string& bytes, char kind, const void* from, int size) {
-  append_number(bytes, kind, static_cast<std::uint64_t>(size));
-  bytes.append(static_cast<const char*>(from), static_cast<std::size_t>(size));
-}
 
 /// Columns of a table's first part that are its natural key, the campaign's uuid first.
 int key_columns(const std::string& table) {
@@ -33,44 +21,24 @@ int key_columns(const std::string& table) {
 }  // namespace
 
 std::string canonical_bytes(const Statement& row, int first, int end) {
-  std::string bytes;
-  sqlite3_stmt* at = row.handle();
-  for (int column = first; column < end; ++column) {
-    switch (sqlite3_column_type(at, column)) {
-      case SQLITE_INTEGER:
-        append_number(bytes, 'i', static_cast<std::uint64_t>(sqlite3_column_int64(at, column)));
-        break;
-      case SQLITE_FLOAT:
-        append_number(bytes, 'r', std::bit_cast<std::uint64_t>(row.real(column) + 0.0));
-        break;
-      case SQLITE_TEXT: {
-        const void* text = sqlite3_column_text(at, column);  // before its size, which it may change
-        append_sized(bytes, 't', text, sqlite3_column_bytes(at, column));
-        break;
-      }
-      case SQLITE_BLOB:
-        append_sized(bytes, 'b', sqlite3_column_blob(at, column), sqlite3_column_bytes(at, column));
-        break;
-      default:
-        bytes += 'n';
-    }
-  }
-  return bytes;
+  return std::move(CanonicalText().row(row, first, end).bytes);
 }
 
 CanonicalRow canonical_row(Connection& connection, const Sealed& sealed, Id id) {
   CanonicalRow made{.table = sealed.table, .key = {}, .ids = {id}, .n_rows = {}, .bytes = {}};
+  CanonicalText text;
   for (std::size_t part = 0; part < sealed.rows.size(); ++part) {
-    append_number(made.bytes, 'i', part);
+    text << static_cast<int>(part);
     Statement rows(connection, sealed.rows[part]);
     rows << id;
     made.n_rows.push_back(0);
     while (rows.step()) {
       if (part == 0) made.key = canonical_bytes(rows, 0, key_columns(sealed.table));
-      made.bytes += canonical_bytes(rows, 0, rows.columns());
+      text.row(rows, 0, rows.columns());
       ++made.n_rows.back();
     }
   }
+  made.bytes = std::move(text.bytes);
   if (sealed.table == "session") {
     Statement points(connection, "SELECT point_id FROM point WHERE session_id = ? ORDER BY seq");
     points << id;

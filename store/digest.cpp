@@ -4,17 +4,9 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
 namespace trammel::store {
-
-std::array<unsigned char, 8> Digest::bytes_of(std::uint64_t value) const {
-  std::array<unsigned char, 8> bytes{};
-  for (unsigned i = 0; i < 8; ++i) bytes[i] = static_cast<unsigned char>(value >> (56 - 8 * i));
-  if (order_ == ByteOrder::little) std::ranges::reverse(bytes);
-  return bytes;
-}
 
 void Digest::append(const void* bytes, std::size_t size) {
   const auto* from = static_cast<const unsigned char*>(bytes);
@@ -31,46 +23,8 @@ void Digest::append(const void* bytes, std::size_t size) {
   }
 }
 
-void Digest::add(char type, const void* bytes, std::size_t size) {
-  std::array<unsigned char, 9> head{static_cast<unsigned char>(type)};
-  const bool has_length = type == 't' || type == 'b';
-  if (has_length) std::ranges::copy(bytes_of(size), head.begin() + 1);
-  append(head.data(), has_length ? head.size() : 1);
-  append(bytes, size);
-}
-
-Digest& Digest::operator<<(std::nullopt_t) {
-  add('n', nullptr, 0);
-  return *this;
-}
-
-void Digest::add_number(char type, std::uint64_t bits) {
-  std::array<unsigned char, 9> bytes{static_cast<unsigned char>(type)};
-  std::ranges::copy(bytes_of(bits), bytes.begin() + 1);
-  append(bytes.data(), bytes.size());
-}
-
-Digest& Digest::operator<<(std::int64_t value) {
-  add_number('i', static_cast<std::uint64_t>(value));
-  return *this;
-}
-
-Digest& Digest::operator<<(double value) {
-  add_number('r', std::bit_cast<std::uint64_t>(value + 0.0));
-  return *this;
-}
-
-Digest& Digest::operator<<(std::string_view value) {
-  add('t', value.data(), value.size());
-  return *this;
-}
-
-Digest& Digest::operator<<(Bytes value) {
-  add('b', value.data(), value.size());
-  return *this;
-}
-
-Digest& Digest::row(const Statement& statement, int first, int end) {
+template <class Sink>
+Sink& Canonical<Sink>::row(const Statement& statement, int first, int end) {
   for (int column = first; column < end; ++column) {
     switch (sqlite3_column_type(statement.handle(), column)) {
       case SQLITE_INTEGER:
@@ -89,8 +43,11 @@ Digest& Digest::row(const Statement& statement, int first, int end) {
         *this << std::nullopt;
     }
   }
-  return *this;
+  return static_cast<Sink&>(*this);
 }
+
+template class Canonical<Digest>;
+template class Canonical<CanonicalText>;
 
 // The padding of FIPS 180-4, 5.1.1: a bit, zeros, the length in bits.
 Sha256 Digest::finish() {
@@ -99,8 +56,10 @@ Sha256 Digest::finish() {
   constexpr std::size_t kLengthBytes = 8;
   const std::size_t used = (filled_ + kLengthBytes) % kSha256BlockBytes;
   append(padding.data(), kSha256BlockBytes - used);
-  order_ = ByteOrder::big;
-  const std::array<unsigned char, kLengthBytes> length = bytes_of(n_bits);
+  std::array<unsigned char, kLengthBytes> length{};
+  for (unsigned i = 0; i < kLengthBytes; ++i) {
+    length[i] = static_cast<unsigned char>(n_bits >> (56 - 8 * i));
+  }
   append(length.data(), length.size());
   sha256_blocks(state_, buffer_.data(), filled_ / kSha256BlockBytes);
   Sha256 result{};

@@ -313,16 +313,11 @@ std::vector<SessionReading> session_readings(Connection& connection, Id campaign
   return all;
 }
 
-Sha256 chain_start(std::string_view) { return {}; }
-
 Sha256 chain_head(Connection& connection, Id campaign_id) {
   Statement last(connection,
                  "SELECT sha256 FROM reading WHERE campaign_id = ? ORDER BY seq DESC LIMIT 1");
   last << campaign_id;
-  if (last.step()) return sha256_at(last, 0);
-  Statement campaign(connection, "SELECT uuid FROM campaign WHERE campaign_id = ?");
-  campaign << campaign_id;
-  return chain_start(campaign.step() ? campaign.text(0) : "");
+  return last.step() ? sha256_at(last, 0) : Sha256{};
 }
 
 Id exclude_reading(Connection& connection, Id campaign_id, int seq, std::string_view reason) {

@@ -91,10 +91,9 @@ struct SessionReading {
 std::vector<SessionReading> session_readings(Connection& connection, Id campaign_id,
                                              const std::vector<Id>& sessions = {});
 
-/// The chain's end: SHA-256 over all that was read, in order. Equal readings have equal heads.
+/// The chain's end: SHA-256 over all that was read, in order, from zeros. Equal
+/// readings have equal heads, whatever campaign they are of: the seal of that holds its uuid.
 Sha256 chain_head(Connection& connection, Id campaign_id);
-/// Where the chain of a campaign begins: zeros, whatever its uuid, which its seal holds.
-Sha256 chain_start(std::string_view uuid);
 
 /// Readings as the chain has them: reading_id, campaign_id, then what is digested, from
 /// kFirstChained to kEndChained, then sha256.

@@ -65,17 +65,17 @@ void copy_readings(Connection& to) {
   constexpr int kColumns = kEndChained - kFirstChained;
   Statement rows(
       to,
-      "SELECT reading_id, reading.campaign_id, uuid, reading.session_id, reading.attempt_id, "
+      "SELECT reading_id, reading.campaign_id, reading.session_id, reading.attempt_id, "
       "reading.seq, session.name, epoch, point.seq, attempt.number, reading.reading_set, "
       "reading.target_x_mm, reading.target_y_mm, reading.target_phi_rad, cmd_l1_mm, cmd_l2_mm, "
       "cmd_l3_mm, from_l1_mm, from_l2_mm, from_l3_mm, x_mm, y_mm, phi_rad, encoder_l1_mm, "
       "encoder_l2_mm, encoder_l3_mm, time_s, temp_degc, raw_reply, extra_json "
-      "FROM former.reading AS reading JOIN former.campaign USING (campaign_id) "
-      "JOIN former.session AS session ON session.session_id = reading.session_id "
+      "FROM former.reading AS reading JOIN former.session AS session ON session.session_id = "
+      "reading.session_id "
       "LEFT JOIN former.attempt AS attempt ON attempt.attempt_id = reading.attempt_id "
       "LEFT JOIN former.point AS point ON point.point_id = attempt.point_id "
       "ORDER BY reading.campaign_id, reading.seq");
-  constexpr int kUuid = 2, kFirst = 5, kSession = 6, kPoint = 8, kAttempt = 9;
+  constexpr int kFirst = 4, kSession = 5, kPoint = 7, kAttempt = 8;
   std::string places = "?";
   for (int k = 0; k < kColumns + 1; ++k) places += ",?";
   Statement insert(to,
@@ -88,14 +88,14 @@ void copy_readings(Connection& to) {
   Id campaign = 0;
   Sha256 head{};
   while (rows.step()) {
-    if (rows.integer(1) != campaign) head = chain_start(rows.text(kUuid));
+    if (rows.integer(1) != campaign) head = {};
     campaign = rows.integer(1);
     Digest digest;
     digest << Bytes(head);
     head = digest.row(rows, kFirst, kFirst + kColumns).finish();
     int place = 0;
     for (int column = 0; column < kFirst + kColumns; ++column) {
-      if (column == kUuid || column == kSession || column == kPoint || column == kAttempt) continue;
+      if (column == kSession || column == kPoint || column == kAttempt) continue;
       sqlite3_bind_value(insert.handle(), ++place, sqlite3_column_value(rows.handle(), column));
     }
     sqlite3_bind_blob(insert.handle(), ++place, head.data(), static_cast<int>(head.size()),

@@ -139,10 +139,9 @@ Link::Link(const LinkOptions& options) {
   keywords.push_back(nullptr);
   values.push_back(nullptr);
   name_ = name_.empty() ? "the archive" : name_.substr(1);
-  connection_ = PQconnectdbParams(keywords.data(), values.data(), 0);
-  if (PQstatus(connection_) != CONNECTION_OK) {
-    const std::string said = one_line(PQerrorMessage(connection_));
-    PQfinish(connection_);
+  connection_.reset(PQconnectdbParams(keywords.data(), values.data(), 0));
+  if (PQstatus(connection_.get()) != CONNECTION_OK) {
+    const std::string said = one_line(PQerrorMessage(connection_.get()));
     const bool tls =
         said.find("SSL") != std::string::npos || said.find("root certificate") != std::string::npos;
     throw DeviceError(
@@ -154,11 +153,11 @@ Link::Link(const LinkOptions& options) {
                      : ""});
   }
   PQsetNoticeProcessor(
-      connection_, [](void*, const char*) {}, nullptr);
+      connection_.get(), [](void*, const char*) {}, nullptr);
   run(kServerPatience);
 }
 
-Link::~Link() { PQfinish(connection_); }
+void Link::Close::operator()(pg_conn* connection) const { PQfinish(connection); }
 
 void Link::fail(const std::string& doing, const pg_result* result) const {
   const char* state = result == nullptr ? nullptr : PQresultErrorField(result, PG_DIAG_SQLSTATE);
@@ -166,9 +165,9 @@ void Link::fail(const std::string& doing, const pg_result* result) const {
       result == nullptr ? nullptr : PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
   ErrorText text{.what = doing,
                  .where = {.file = name_},
-                 .got = one_line(primary != nullptr ? primary : PQerrorMessage(connection_))};
+                 .got = one_line(primary != nullptr ? primary : PQerrorMessage(connection_.get()))};
   if (state != nullptr) text.got += std::string(" (") + state + ")";
-  if (PQstatus(connection_) != CONNECTION_OK) {
+  if (PQstatus(connection_.get()) != CONNECTION_OK) {
     text.hint = "nothing that was not acknowledged counts; the same command goes on from there";
     throw DeviceError(std::move(text));
   }
@@ -178,9 +177,10 @@ void Link::fail(const std::string& doing, const pg_result* result) const {
 std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::string>& values) {
   std::vector<const char*> parameters;
   for (const std::string& value : values) parameters.push_back(value.c_str());
-  const Result result(PQexecParams(connection_, sql.c_str(), static_cast<int>(parameters.size()),
-                                   nullptr, parameters.data(), nullptr, nullptr, 0),
-                      PQclear);
+  const Result result(
+      PQexecParams(connection_.get(), sql.c_str(), static_cast<int>(parameters.size()), nullptr,
+                   parameters.data(), nullptr, nullptr, 0),
+      PQclear);
   if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) fail("the archive refused", result.get());
   std::vector<Row> rows(static_cast<std::size_t>(PQntuples(result.get())));
   for (int row = 0; row < PQntuples(result.get()); ++row) {
@@ -196,7 +196,7 @@ std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::
 }
 
 void Link::run(const std::string& sql) {
-  const Result result(PQexec(connection_, sql.c_str()), PQclear);
+  const Result result(PQexec(connection_.get(), sql.c_str()), PQclear);
   const auto status = PQresultStatus(result.get());
   if (status != PGRES_COMMAND_OK && status != PGRES_TUPLES_OK) {
     fail("the archive refused", result.get());
@@ -204,7 +204,7 @@ void Link::run(const std::string& sql) {
 }
 
 void Link::commit() {
-  const Result result(PQexec(connection_, "COMMIT"), PQclear);
+  const Result result(PQexec(connection_.get(), "COMMIT"), PQclear);
   if (PQresultStatus(result.get()) != PGRES_COMMAND_OK) {
     fail("the archive did not commit", result.get());
   }
@@ -215,10 +215,10 @@ void Link::commit() {
 }
 
 void Link::copy_in(const std::string& sql, const std::function<bool(std::string&)>& more) {
-  const Result begun(PQexec(connection_, sql.c_str()), PQclear);
+  const Result begun(PQexec(connection_.get(), sql.c_str()), PQclear);
   if (PQresultStatus(begun.get()) != PGRES_COPY_IN) fail("the archive refused", begun.get());
   const auto send = [this](const std::string& bytes) {
-    if (PQputCopyData(connection_, bytes.data(), static_cast<int>(bytes.size())) != 1) {
+    if (PQputCopyData(connection_.get(), bytes.data(), static_cast<int>(bytes.size())) != 1) {
       fail("the archive takes no more", nullptr);
     }
   };
@@ -230,32 +230,33 @@ void Link::copy_in(const std::string& sql, const std::function<bool(std::string&
       bytes.clear();
     }
   } catch (...) {
-    PQputCopyEnd(connection_, "the station stopped");
-    while (const Result rest{PQgetResult(connection_), PQclear}) continue;
+    PQputCopyEnd(connection_.get(), "the station stopped");
+    while (const Result rest{PQgetResult(connection_.get()), PQclear}) continue;
     throw;
   }
   append(bytes, 0xffff, 2);  // the end
   send(bytes);
-  if (PQputCopyEnd(connection_, nullptr) != 1) fail("the archive takes no more", nullptr);
-  const Result ended(PQgetResult(connection_), PQclear);
-  while (const Result rest{PQgetResult(connection_), PQclear}) continue;
+  if (PQputCopyEnd(connection_.get(), nullptr) != 1) fail("the archive takes no more", nullptr);
+  const Result ended(PQgetResult(connection_.get()), PQclear);
+  while (const Result rest{PQgetResult(connection_.get()), PQclear}) continue;
   if (PQresultStatus(ended.get()) != PGRES_COMMAND_OK) {
     fail("the archive refused what was sent", ended.get());
   }
 }
 
 void Link::copy_out(const std::string& sql, const std::function<void(const Fields&)>& take) {
-  const Result begun(PQexec(connection_, sql.c_str()), PQclear);
+  const Result begun(PQexec(connection_.get(), sql.c_str()), PQclear);
   if (PQresultStatus(begun.get()) != PGRES_COPY_OUT) fail("the archive refused", begun.get());
-  const std::unique_ptr<PGconn, void (*)(PGconn*)> drained(connection_, [](PGconn* connection) {
-    for (char* rest = nullptr; PQgetCopyData(connection, &rest, 0) > 0;) PQfreemem(rest);
-    while (const Result rest{PQgetResult(connection), PQclear}) continue;
-  });
+  const std::unique_ptr<PGconn, void (*)(PGconn*)> drained(
+      connection_.get(), [](PGconn* connection) {
+        for (char* rest = nullptr; PQgetCopyData(connection, &rest, 0) > 0;) PQfreemem(rest);
+        while (const Result rest{PQgetResult(connection), PQclear}) continue;
+      });
   std::size_t skip = kCopyHeader.size();
   char* buffer = nullptr;
   int size = 0;
   Fields fields;
-  while ((size = PQgetCopyData(connection_, &buffer, 0)) > 0) {
+  while ((size = PQgetCopyData(connection_.get(), &buffer, 0)) > 0) {
     const std::unique_ptr<char, decltype(&PQfreemem)> owned(buffer, PQfreemem);
     std::string_view row(buffer, static_cast<std::size_t>(size));
     row.remove_prefix(std::min(skip, row.size()));  // the header comes with the first row
@@ -277,7 +278,7 @@ void Link::copy_out(const std::string& sql, const std::function<void(const Field
     }
     take(fields);
   }
-  const Result ended(size == -1 ? PQgetResult(connection_) : nullptr, PQclear);
+  const Result ended(size == -1 ? PQgetResult(connection_.get()) : nullptr, PQclear);
   if (PQresultStatus(ended.get()) != PGRES_COMMAND_OK) fail("the archive stopped", ended.get());
 }
 
@@ -296,7 +297,7 @@ void Link::Transaction::commit() {
 
 std::string Link::quoted(const std::string& text) const {
   const std::unique_ptr<char, decltype(&PQfreemem)> made(
-      PQescapeLiteral(connection_, text.data(), text.size()), PQfreemem);
+      PQescapeLiteral(connection_.get(), text.data(), text.size()), PQfreemem);
   if (!made) throw InputError({.what = "a text that is no UTF-8", .got = text});
   return made.get();
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,9 +35,6 @@ class Link {
  public:
   /// @throws DeviceError naming the server and what it said
   explicit Link(const LinkOptions& options);
-  ~Link();
-  Link(const Link&) = delete;
-  Link& operator=(const Link&) = delete;
 
   /// Rows of a query as texts; what is NULL is nothing.
   using Row = std::vector<std::optional<std::string>>;
@@ -71,7 +69,10 @@ class Link {
 
  private:
   [[noreturn]] void fail(const std::string& doing, const pg_result* result) const;
-  pg_conn* connection_ = nullptr;
+  struct Close {
+    void operator()(pg_conn* connection) const;
+  };
+  std::unique_ptr<pg_conn, Close> connection_;
   std::string name_;  // of the server, without a password
 };
 

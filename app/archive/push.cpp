@@ -95,7 +95,7 @@ void require_same_chain(Connection& db, const CampaignName& campaign, const Head
   upto << campaign.id << archived.last_seq;
   const bool none = archived.last_seq == 0;
   const bool same = upto.step() && upto.integer(0) == archived.n_readings &&
-                    (none ? store::hex(store::chain_start(campaign.uuid)) == archived.head
+                    (none ? archived.head == store::hex(store::Sha256{})
                           : !upto.is_null(1) && store::hex(upto.blob(1)) == archived.head);
   if (!same) throw parted(campaign, local, archived, "seq " + std::to_string(archived.last_seq));
 }
@@ -170,7 +170,7 @@ void add_value(std::string& bytes, const std::string& canonical) {
 std::int64_t send_readings(Link& link, Connection& db, const CampaignName& campaign,
                            std::int64_t beyond) {
   constexpr int kFields = 2 + store::kEndChained - store::kFirstChained + 1;
-  Sha256 head = store::chain_start(campaign.uuid);
+  Sha256 head = {};
   if (beyond > 0) {
     Statement last(db, "SELECT sha256 FROM reading WHERE campaign_id = ? AND seq = ?");
     last << campaign.id << beyond;

@@ -66,14 +66,14 @@ void require_one_source(const CampaignImportOptions& o) {
                                       {"--mechanism", o.mechanism},
                                       {"--plan", o.plan},
                                       {"--date", o.date}}) {
-    const bool of_positions = positions && value == o.mechanism;
+    const bool of_positions = positions && std::string_view(option) == "--mechanism";
     if (points || of_positions || value.empty()) continue;
     throw UsageError({.what = "this option goes with --points", .where = {.field = option}});
   }
   require_used(o);
 }
 
-}  // namespace
+using StoreIt = std::function<store::ImportResult(store::Connection&)>;
 
 store::ImportResult store_or_try(const StoreIt& store_it, bool dry_run, const Context& context) {
   if (!dry_run) {
@@ -95,6 +95,18 @@ std::string imported_text(const store::ImportResult& result, bool dry_run,
                      printable(campaign.name), campaign.readings.size());
 }
 
+/// A campaign that the screen let in.
+struct Admitted {
+  std::vector<Suspicion> findings = {};  // none of them gross
+  std::string frame = {};                // what was registered; empty: nothing
+
+  [[nodiscard]] std::string text() const {
+    return (frame.empty() ? "" : "\nframe   " + frame) + "\n" + job::findings_text(findings);
+  }
+};
+
+/// The door of every import: registers the frame where asked for, wraps phi near its target, and
+/// refuses what the screen finds gross (InputError).
 Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& options) {
   Admitted admitted;
   if (options.frame == "fit") {
@@ -122,8 +134,27 @@ Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& optio
   return admitted;
 }
 
-std::string Admitted::text() const {
-  return (frame.empty() ? "" : "\nframe   " + frame) + "\n" + job::findings_text(findings);
+}  // namespace
+
+ExitCode import_campaign(const Import& import, const CampaignImportOptions& options,
+                         Context& context) {
+  Campaign& campaign = import.campaign;
+  const Admitted admitted = admitted_at_door(campaign, options);
+  const store::ImportResult result = store_or_try(import.store_it, options.dry_run, context);
+  if (context.json) {
+    Json fields = {{"campaign", campaign.name},
+                   {"n_readings", campaign.readings.size()},
+                   {"already_stored", result.already_stored},
+                   {"dry_run", options.dry_run},
+                   {"findings", job::findings_json(admitted.findings)}};
+    if (import.add_fields) import.add_fields(fields);
+    context.print("campaign-import", fields);
+  } else {
+    context.print((import.text ? import.text() : "") +
+                  imported_text(result, options.dry_run, campaign) + admitted.text());
+  }
+  if (!options.dry_run) context.next("trammel " + import.next + " " + shell_word(campaign.name));
+  return ExitCode::ok;
 }
 
 ExitCode run_campaign_import(const CampaignImportOptions& options, Context& context) {
@@ -132,21 +163,10 @@ ExitCode run_campaign_import(const CampaignImportOptions& options, Context& cont
   if (!options.grid.empty() || !options.axis.empty()) return import_positions(options, context);
   CampaignFile file = read_campaign(options.folder);
   if (!options.name.empty()) file.campaign.name = options.name;
-  const Admitted admitted = admitted_at_door(file.campaign, options);
-  const store::ImportResult result = store_or_try(
-      [&](store::Connection& db) { return store_campaign(db, file); }, options.dry_run, context);
-  const std::string& name = file.campaign.name;
-  if (context.json) {
-    context.print("campaign-import", {{"campaign", name},
-                                      {"n_readings", file.campaign.readings.size()},
-                                      {"already_stored", result.already_stored},
-                                      {"dry_run", options.dry_run},
-                                      {"findings", job::findings_json(admitted.findings)}});
-  } else {
-    context.print(imported_text(result, options.dry_run, file.campaign) + admitted.text());
-  }
-  if (!options.dry_run) context.next("trammel calibrate lsq " + shell_word(name));
-  return ExitCode::ok;
+  return import_campaign(
+      {.campaign = file.campaign,
+       .store_it = [&file](store::Connection& db) { return store_campaign(db, file); }},
+      options, context);
 }
 
 ExitCode run_campaign_export(const CampaignExportOptions& options, Context& context) {

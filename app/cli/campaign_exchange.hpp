@@ -41,23 +41,18 @@ struct CampaignExportOptions {
 /// tables of positions.
 void setup_campaign_exchange(Command app, Context& context);
 
-/// A campaign that the screen let in.
-struct Admitted {
-  std::vector<Suspicion> findings = {};  // none of them gross
-  std::string frame = {};                // what was registered; empty: nothing
-
-  [[nodiscard]] std::string text() const;
+/// What kinds of imports differ in, from the door on.
+struct Import {
+  Campaign& campaign;
+  std::function<store::ImportResult(store::Connection&)> store_it;
+  std::function<std::string()> text = {};  // what was read, before "imported campaign bench: …"
+  std::function<void(Json&)> add_fields = {};  // to the answer in JSON
+  std::string next = "calibrate lsq";          // command that goes on with the campaign
 };
-/// The door of every import: registers the frame where asked for, wraps phi near its target, and
-/// refuses what the screen finds gross (InputError).
-Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& options);
-
-using StoreIt = std::function<store::ImportResult(store::Connection&)>;
-/// Runs `store_it` on the database; a dry run makes every check of it, and rolls all of it back.
-store::ImportResult store_or_try(const StoreIt& store_it, bool dry_run, const Context& context);
-/// "imported campaign bench: 24 readings"
-std::string imported_text(const store::ImportResult& result, bool dry_run,
-                          const Campaign& campaign);
+/// Through the door, into the database, and the answer. A dry run makes every check of it, and
+/// rolls all of it back.
+ExitCode import_campaign(const Import& import, const CampaignImportOptions& options,
+                         Context& context);
 
 ExitCode run_campaign_import(const CampaignImportOptions& options, Context& context);
 ExitCode run_campaign_export(const CampaignExportOptions& options, Context& context);

@@ -177,26 +177,17 @@ std::string um_text(double mm) { return fmt::format("{:.1f}", rounded(mm * 1000,
 ExitCode import_points(const CampaignImportOptions& o, Context& context) {
   Loaded loaded = load(o);
   Campaign& campaign = loaded.made.file.campaign;
-  const Admitted admitted = admitted_at_door(campaign, o);
-  const store::ImportResult result = store_or_try(
-      [&](store::Connection& db) {
-        return store::import_campaign(
-            db, campaign,
-            {.raw_reply = loaded.made.raw_reply, .settings_json = provenance_json(loaded)});
-      },
-      o.dry_run, context);
-  if (context.json) {
-    context.print("campaign-import", {{"campaign", campaign.name},
-                                      {"n_readings", campaign.readings.size()},
-                                      {"already_stored", result.already_stored},
-                                      {"dry_run", o.dry_run},
-                                      {"findings", job::findings_json(admitted.findings)},
-                                      {"points", points_json(loaded)}});
-  } else {
-    context.print(made_text(loaded) + imported_text(result, o.dry_run, campaign) + admitted.text());
-  }
-  if (!o.dry_run) context.next("trammel calibrate lsq " + shell_word(campaign.name));
-  return ExitCode::ok;
+  return import_campaign(
+      {.campaign = campaign,
+       .store_it =
+           [&](store::Connection& db) {
+             return store::import_campaign(
+                 db, campaign,
+                 {.raw_reply = loaded.made.raw_reply, .settings_json = provenance_json(loaded)});
+           },
+       .text = [&loaded] { return made_text(loaded); },
+       .add_fields = [&loaded](Json& fields) { fields["points"] = points_json(loaded); }},
+      o, context);
 }
 
 }  // namespace trammel::cli

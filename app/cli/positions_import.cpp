@@ -10,7 +10,6 @@
 #include "app/files/files.hpp"
 #include "app/files/machine_json.hpp"
 #include "app/files/positions_campaign.hpp"
-#include "app/job/screening.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {
@@ -73,30 +72,23 @@ ExitCode import_positions(const CampaignImportOptions& o, Context& context) {
                                                                          .one_axis = one_axis,
                                                                          .runs = o.positions.runs});
   Campaign campaign = campaign_of_positions(file, use_of(o));
-  const Admitted admitted = admitted_at_door(campaign, o);
-  const store::ImportResult result = store_or_try(
-      [&](store::Connection& db) {
-        return store::import_campaign(db, campaign, {.settings_json = provenance_json(file)});
-      },
-      o.dry_run, context);
-  if (context.json) {
-    context.print("campaign-import", {{"campaign", campaign.name},
-                                      {"n_readings", campaign.readings.size()},
-                                      {"already_stored", result.already_stored},
-                                      {"dry_run", o.dry_run},
-                                      {"findings", job::findings_json(admitted.findings)},
-                                      {"positions",
-                                       {{"file", file.name},
-                                        {"format", file.format},
-                                        {"machine", machine_json(campaign.machine)},
-                                        {"machine_assumed", o.mechanism.empty()},
-                                        {"unused_columns", file.unused}}}});
-  } else {
-    context.print(positions_text(file, campaign) + imported_text(result, o.dry_run, campaign) +
-                  admitted.text());
-  }
-  if (!o.dry_run) context.next("trammel diagnose " + shell_word(campaign.name));
-  return ExitCode::ok;
+  return import_campaign({.campaign = campaign,
+                          .store_it =
+                              [&](store::Connection& db) {
+                                return store::import_campaign(
+                                    db, campaign, {.settings_json = provenance_json(file)});
+                              },
+                          .text = [&] { return positions_text(file, campaign); },
+                          .add_fields =
+                              [&](Json& fields) {
+                                fields["positions"] = {{"file", file.name},
+                                                       {"format", file.format},
+                                                       {"machine", machine_json(campaign.machine)},
+                                                       {"machine_assumed", o.mechanism.empty()},
+                                                       {"unused_columns", file.unused}};
+                              },
+                          .next = "diagnose"},
+                         o, context);
 }
 
 }  // namespace trammel::cli

@@ -183,26 +183,6 @@ bool same_outcome(const store::NewJob& a, const store::NewJob& b) {
          statistics_json(a.statistics) == statistics_json(b.statistics);
 }
 
-/// Parts of two keys that differ. Digests of two schemes can't be compared: there, by value, as far
-/// as the jobs hold values.
-static Json differing_parts(const store::NewJob& a, const store::NewJob& b) {
-  const Json changed = changed_parts(a.key, b.key);
-  if (a.key.scheme == b.key.scheme) return changed;
-  const std::map<std::string, bool> same = {
-      {"stage", a.stage == b.stage},
-      {"algorithm_version", a.algorithm_version == b.algorithm_version},
-      {"parameters", Json::parse(a.parameters_json) == Json::parse(b.parameters_json)},
-      {"exclusions", a.exclusions == b.exclusions},
-      {"readings", a.n_readings == b.n_readings && a.sessions == b.sessions},
-      {"model", a.campaign_id == b.campaign_id},
-      {"parents", a.parents == b.parents}};
-  Json kept = Json::array();
-  for (const Json& part : changed) {
-    if (!same.at(part.at("part").get<std::string>())) kept.push_back(part);
-  }
-  return kept;
-}
-
 Json job_differences(store::Connection& connection, const store::Job& a, const store::Job& b) {
   const Points points_a = points_of(connection, a), points_b = points_of(connection, b);
   const std::set<int> in_a = seqs_of(points_a), in_b = seqs_of(points_b);
@@ -214,7 +194,7 @@ Json job_differences(store::Connection& connection, const store::Job& a, const s
       {"same_campaign", one_campaign},
       {"same_key", a.data.key.key == b.data.key.key},
       {"same_result", same_outcome(a.data, b.data)},
-      {"changed", differing_parts(a.data, b.data)},
+      {"changed", changed_parts(key_today(connection, a), key_today(connection, b))},
       {"settings", json_differences(
                        {{"stage", a.data.stage}, {"algorithm_version", a.data.algorithm_version}},
                        {{"stage", b.data.stage}, {"algorithm_version", b.data.algorithm_version}})},

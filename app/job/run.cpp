@@ -76,6 +76,12 @@ void go_back_to(store::LoadedCampaign& loaded, const store::NewJob& then) {
   readings.resize(std::min(readings.size(), static_cast<std::size_t>(then.n_readings)));
 }
 
+std::vector<int> excluded_seqs(const store::LoadedCampaign& loaded) {
+  std::vector<int> seqs;
+  for (const store::Exclusion& e : loaded.exclusions) seqs.push_back(e.seq);
+  return seqs;
+}
+
 /// The inputs as they are now, or as they were `then`.
 Inputs load(store::Connection& connection, const Request& request,
             int key_scheme = store::kKeyScheme, const store::NewJob* then = nullptr) {
@@ -91,13 +97,11 @@ Inputs load(store::Connection& connection, const Request& request,
   in.n_readings = static_cast<int>(in.loaded.campaign.readings.size());
   in.loaded.campaign = as_asked(std::move(in.loaded.campaign), in.parameters);
   in.held = store::held_epochs(connection, in.campaign);
-  std::vector<int> excluded;
-  for (const store::Exclusion& e : in.loaded.exclusions) excluded.push_back(e.seq);
   in.key = store::job_key({.stage = in.stage->name,
                            .algorithm_version = in.stage->algorithm_version,
                            .parameters_json = in.parameters.dump(),
                            .campaign = in.loaded.campaign,
-                           .excluded_seqs = excluded},
+                           .excluded_seqs = excluded_seqs(in.loaded)},
                           key_scheme);
   return in;
 }
@@ -405,6 +409,16 @@ store::NewJob compute(store::Connection& connection, const Request& request) {
 
 store::NewJob recompute(store::Connection& connection, const store::Job& job) {
   return computed(load(connection, request_of(connection, job), job.data.key.scheme, &job.data));
+}
+
+store::JobKey key_today(store::Connection& connection, const store::Job& job) {
+  if (job.data.key.scheme == store::kKeyScheme) return job.data.key;
+  const Inputs in = load(connection, request_of(connection, job), store::kKeyScheme, &job.data);
+  return store::job_key({.stage = job.data.stage,
+                         .algorithm_version = job.data.algorithm_version,
+                         .parameters_json = job.data.parameters_json,
+                         .campaign = in.loaded.campaign,
+                         .excluded_seqs = excluded_seqs(in.loaded)});
 }
 
 std::optional<Computation> compute_new(store::Connection& connection, const Request& request) {

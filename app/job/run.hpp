@@ -54,6 +54,10 @@ store::NewJob compute(store::Connection& connection, const Request& request);
 /// algorithm_version now, or a reading is not what was stored.
 store::NewJob recompute(store::Connection& connection, const store::Job& job);
 
+/// The job's key as it is made today, over what the job was computed from: its own, unless a
+/// database before version 5 made that.
+store::JobKey key_today(store::Connection& connection, const store::Job& job);
+
 /// A job that is not stored yet, and what it was computed from.
 struct Computation {
   store::NewJob job;

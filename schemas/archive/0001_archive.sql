@@ -160,7 +160,7 @@ CREATE FUNCTION trammel.bytes_of(r trammel.reading) RETURNS bytea LANGUAGE sql S
 $$;
 CREATE FUNCTION trammel.link(before bytea, bytes bytea) RETURNS bytea LANGUAGE sql IMMUTABLE PARALLEL SAFE AS
 $$ SELECT sha256('\x62'::bytea || int8send(32) || before || bytes) $$;
-CREATE FUNCTION trammel.chain_start(campaign text) RETURNS bytea LANGUAGE sql IMMUTABLE PARALLEL SAFE AS
+CREATE FUNCTION trammel.chain_start() RETURNS bytea LANGUAGE sql IMMUTABLE PARALLEL SAFE AS
 $$ SELECT decode(repeat('00', 32), 'hex') $$;
 
 -- The double of 8 bytes: sign, exponent and fraction are exact, and so is their product.
@@ -242,7 +242,7 @@ BEGIN
     RAISE EXCEPTION 'station % is another role''s', by_station USING ERRCODE = 'insufficient_privilege';
   END IF;
   INSERT INTO trammel.campaign_head (campaign, station, head)
-    VALUES (of_campaign, by_station, trammel.chain_start(of_campaign)) ON CONFLICT DO NOTHING;
+    VALUES (of_campaign, by_station, trammel.chain_start()) ON CONFLICT DO NOTHING;
   SELECT * INTO head FROM trammel.campaign_head WHERE campaign = of_campaign FOR UPDATE;
   RETURN head;
 END $$;
@@ -370,18 +370,18 @@ CREATE FUNCTION trammel.findings() RETURNS SETOF text LANGUAGE sql STABLE AS $$
   SELECT format('campaign %s: reading %s, or the one before it, is not what was stored', campaign, seq)
   FROM (SELECT r.campaign, r.seq, r.sha256,
                trammel.link(coalesce(lag(r.sha256) OVER (PARTITION BY r.campaign ORDER BY r.seq),
-                                     trammel.chain_start(r.campaign)), trammel.bytes_of(r)) AS expected
+                                     trammel.chain_start()), trammel.bytes_of(r)) AS expected
         FROM trammel.reading AS r) AS walked
   WHERE sha256 <> expected
   UNION ALL
   SELECT format('campaign %s: %s readings ending in %s, and its head says %s ending in %s', h.campaign,
                 count(r.seq), encode(coalesce((array_agg(r.sha256 ORDER BY r.seq DESC))[1],
-                                              trammel.chain_start(h.campaign)), 'hex'),
+                                              trammel.chain_start()), 'hex'),
                 h.n_readings, encode(h.head, 'hex'))
   FROM trammel.campaign_head AS h LEFT JOIN trammel.reading AS r USING (campaign)
   GROUP BY h.campaign
   HAVING count(r.seq) <> h.n_readings
-      OR coalesce((array_agg(r.sha256 ORDER BY r.seq DESC))[1], trammel.chain_start(h.campaign)) <> h.head
+      OR coalesce((array_agg(r.sha256 ORDER BY r.seq DESC))[1], trammel.chain_start()) <> h.head
   UNION ALL
   SELECT format('campaign %s: its other rows are not those that its head says', campaign)
   FROM trammel.campaign_head AS h

@@ -21,7 +21,7 @@ std::string python_with_numpy(const std::filesystem::path& folder) {
 }  // namespace
 
 TEST_CASE("every table of the demo's report is what an independent program makes of its readings",
-          "[independent][release]") {
+          "[independent]") {
   const tests::TemporaryFolder folder;
   const std::string python = python_with_numpy(folder.path());
   if (python.empty()) return tests::skip("there is no python3 with numpy");
