@@ -11,13 +11,14 @@ namespace trammel::job {
 Plan next_points_plan(const Json& diagnosis) {
   Plan plan;
   plan.name = kNextPoints;
-  plan.approach_mm = diagnosis["next_state"].value("approach_mm", plan.approach_mm);
-  for (const Json& p : diagnosis["next_points"]) {
+  const Json state = diagnosis.value("next_state", Json::object());  // none in older versions
+  plan.approach_mm = state.value("approach_mm", plan.approach_mm);
+  for (const Json& p : diagnosis.at("next_points")) {
     PlannedPoint point;
     point.seq = static_cast<int>(plan.points.size()) + 1;
-    point.target = {p["x_mm"], p["y_mm"], rad_from_deg(p["phi_deg"])};
-    point.approach = p["approach"].get<Approach>();
-    point.group = p["why"];
+    point.target = {p.at("x_mm"), p.at("y_mm"), rad_from_deg(p.at("phi_deg"))};
+    point.approach = p.at("approach").get<Approach>();
+    point.group = p.at("why");
     plan.points.push_back(point);
   }
   return plan;
@@ -44,11 +45,11 @@ Plan stored_next_points(const store::Job& job) {
                       .where = {.field = "job"},
                       .got = fmt::format("job {}, of {}", job.id, job.data.stage)});
   }
-  const Json details = Json::parse(job.data.result_json)["details"];
+  const Json details = Json::parse(job.data.result_json).at("details");
   Plan plan = next_points_plan(details);
   if (!plan.points.empty()) return plan;
   throw NotFoundError({.what = fmt::format("job {} suggests no points", job.id),
-                       .got = "its verdict: " + details["verdict"].get<std::string>()});
+                       .got = "its verdict: " + details.at("verdict").get<std::string>()});
 }
 
 }  // namespace trammel::job

@@ -10,6 +10,7 @@
 #include "app/job/fitted_range.hpp"
 #include "app/job/points.hpp"
 #include "app/job/screening.hpp"
+#include "app/job/walks.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/seen.hpp"
@@ -31,6 +32,7 @@ struct Inputs {
   store::LoadedCampaign loaded;
   int n_readings = 0;  // suspects too
   HeldEpochs held;
+  std::set<int> of_no_walk = {};  // seqs that judge nothing
   store::JobKey key;
 };
 
@@ -97,6 +99,7 @@ Inputs load(store::Connection& connection, const Request& request,
   in.n_readings = static_cast<int>(in.loaded.campaign.readings.size());
   in.loaded.campaign = as_asked(std::move(in.loaded.campaign), in.parameters);
   in.held = store::held_epochs(connection, in.campaign);
+  in.of_no_walk = seqs_of_no_walk(connection, in.campaign, in.loaded, then != nullptr);
   in.key = store::job_key({.stage = in.stage->name,
                            .algorithm_version = in.stage->algorithm_version,
                            .parameters_json = in.parameters.dump(),
@@ -109,20 +112,24 @@ Inputs load(store::Connection& connection, const Request& request,
 /// A reading before, and as predicted after the correction.
 struct Judged {
   int seq = 0;
+  ReadingSet set = ReadingSet::identify;
+  int epoch = 0;
   Standing standing = Standing::unseen;
   BeforeAfter point;
 };
 
-/// Less the validation readings that cannot judge a fit: they stand where it is made, or in an
-/// epoch that it knows nothing of.
-Campaign with_judges(Campaign campaign, const Seen& seen) {
+/// Less the validation readings that cannot judge a fit: they stand where it is made, in an epoch
+/// that it knows nothing of, or in a walk that does not stand.
+Campaign with_judges(const Inputs& in, const Seen& seen) {
+  Campaign campaign = in.loaded.campaign;
   std::erase_if(campaign.readings, [&](const Reading& r) {
-    return r.set == ReadingSet::validate && seen.standing(r) != Standing::unseen;
+    return r.set == ReadingSet::validate &&
+           (seen.standing(r) != Standing::unseen || in.of_no_walk.contains(r.seq));
   });
   return campaign;
 }
 
-/// Every measured reading with its place in the judgement.
+/// Every measured reading of the walks that stand, with its place in the judgement.
 std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& correction) {
   const Campaign& campaign = in.loaded.campaign;
   std::vector<Reading> measured;
@@ -139,7 +146,10 @@ std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& 
       throw InputError({.what = "the corrected robot cannot reach a target of the campaign",
                         .where = {.point = "seq " + std::to_string(r.seq)}});
     }
+    if (in.of_no_walk.contains(r.seq)) continue;
     points.push_back({.seq = r.seq,
+                      .set = r.set,
+                      .epoch = r.conditions.epoch,
                       .standing = seen.standing(r),
                       .point = {r.target, *r.measured, *all_after[k]}});
   }
@@ -233,21 +243,22 @@ std::vector<std::string> range_words(const std::vector<Judged>& judged) {
 
 /// Where validation points stand on fitted ones or in epochs of their own, and where nothing is
 /// held out.
-std::vector<std::string> held_out_words(const Campaign& campaign,
-                                        const std::vector<Judged>& judged) {
+std::vector<std::string> held_out_words(const Inputs& in, const std::vector<Judged>& judged) {
   int all = 0, unseen = 0, fitted = 0;
   std::set<int> epochs;
-  std::size_t k = 0;
-  for (const Reading& r : campaign.readings) {
-    if (!r.measured) continue;
-    const Standing standing = judged[k++].standing;
-    if (r.set != ReadingSet::validate) continue;
+  for (const Judged& j : judged) {
+    if (j.set != ReadingSet::validate) continue;
     ++all;
-    unseen += standing == Standing::unseen ? 1 : 0;
-    fitted += standing == Standing::fitted ? 1 : 0;
-    if (standing == Standing::unknown_epoch) epochs.insert(r.conditions.epoch);
+    unseen += j.standing == Standing::unseen ? 1 : 0;
+    fitted += j.standing == Standing::fitted ? 1 : 0;
+    if (j.standing == Standing::unknown_epoch) epochs.insert(j.epoch);
   }
   std::vector<std::string> words;
+  if (!in.of_no_walk.empty()) {
+    words.push_back(fmt::format(
+        "{} readings of walks that were stopped and walked anew are fitted, but judge nothing",
+        in.of_no_walk.size()));
+  }
   if (fitted > 0) {
     words.push_back(fmt::format(
         "warning: {} of {} validation points stand where the correction was fitted: they are not "
@@ -311,8 +322,7 @@ std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
     std::erase_if(without.loaded.campaign.readings, [&](const Reading& r) {
       return std::ranges::any_of(bad, [&](const Suspicion& s) { return s.seqs.front() == r.seq; });
     });
-    const StageResult result =
-        in.stage->run(with_judges(without.loaded.campaign, seen), in.parameters);
+    const StageResult result = in.stage->run(with_judges(without, seen), in.parameters);
     words.push_back(fmt::format("with {} suspect reading{} in the fit: {}; without: {}", bad.size(),
                                 bad.size() == 1 ? "" : "s", gains_in_words(judged),
                                 gains_in_words(judge(without, seen, result.correction))));
@@ -325,7 +335,7 @@ std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
 /// A fit that fails over a reading which is wrong for certain names it.
 std::pair<StageResult, std::vector<Judged>> fitted_and_judged(const Inputs& in, const Seen& seen) {
   try {
-    StageResult result = in.stage->run(with_judges(in.loaded.campaign, seen), in.parameters);
+    StageResult result = in.stage->run(with_judges(in, seen), in.parameters);
     std::vector<Judged> judged = judge(in, seen, result.correction);
     return {std::move(result), std::move(judged)};
   } catch (const InputError& error) {
@@ -367,14 +377,14 @@ store::NewJob computed(const Inputs& in) {
   const Json gains = improvements(judged);
   std::vector<store::JobPoint> points;
   points.reserve(judged.size());
-  for (const auto& [seq, standing, point] : judged) {
-    points.push_back({.seq = seq,
-                      .in_sample = standing == Standing::fitted,
-                      .after = Pose::from(pose_difference(point.after, point.target))});
+  for (const Judged& j : judged) {
+    points.push_back({.seq = j.seq,
+                      .in_sample = j.standing == Standing::fitted,
+                      .after = Pose::from(pose_difference(j.point.after, j.point.target))});
   }
   for (const auto& more :
        {suspect_words(in, seen, judged, result.details), improvement_words(gains),
-        range_words(judged), held_out_words(in.loaded.campaign, judged)}) {
+        range_words(judged), held_out_words(in, judged)}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
   job.result_json =

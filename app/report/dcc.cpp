@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "app/report/measured.hpp"
 #include "app/report/print.hpp"
@@ -37,8 +37,12 @@ std::string xml_text(const std::string& text) {
 std::string element(const std::string& name, const std::string& inside) {
   return fmt::format("<dcc:{0}>{1}</dcc:{0}>\n", name, inside);
 }
+/// What stands in one is not empty, and has no blank around it (DCC's notEmptyStringType).
 std::string leaf(const std::string& name, const std::string& text) {
-  return element(name, xml_text(text));
+  const std::string inside = xml_text(text);
+  const std::size_t first = inside.find_first_not_of(' ');
+  if (first == std::string::npos) return element(name, "not stated");
+  return element(name, inside.substr(first, inside.find_last_not_of(' ') + 1 - first));
 }
 std::string content(const std::string& text) {
   return fmt::format("<dcc:content lang=\"en\">{}</dcc:content>", xml_text(text));
@@ -72,16 +76,33 @@ std::string fact(const Report& report, const std::string& key) {
   return at == report.facts.end() ? "not stated" : at->second;
 }
 
-std::string administrative(const store::CampaignRow& campaign, const Report& report) {
-  const std::string day = campaign.created_utc.substr(0, 10);
-  const std::string country = fact(report, "country");
+/// ISO 3166-1; ZZ, which that standard leaves to its users, where none is stated.
+std::string country_code(const Report& report) {
+  const std::string code = fact(report, "country");
+  const auto is_capital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  return code.size() == 2 && std::ranges::all_of(code, is_capital) ? code : "ZZ";
+}
+
+/// The days on which the first and the last session began, UTC; of the campaign without one.
+std::pair<std::string, std::string> days_of(const Measured& measured,
+                                            const store::CampaignRow& campaign) {
+  std::vector<std::string> days;
+  for (const Walk& walk : measured.walks) days.push_back(walk.session.created_utc.substr(0, 10));
+  if (days.empty()) days.push_back(campaign.created_utc.substr(0, 10));
+  const auto [first, last] = std::ranges::minmax(days);
+  return {first, last};
+}
+
+std::string administrative(const store::CampaignRow& campaign, const Report& report,
+                           const Measured& measured) {
+  const auto [first_day, last_day] = days_of(measured, campaign);
   const std::string software =
       named("name", "Trammel") + leaf("release", store::this_program().tool_version);
   const std::string core =
-      leaf("countryCodeISO3166_1", country == "not stated" ? "ZZ" : country) +
-      leaf("usedLangCodeISO639_1", "en") + leaf("mandatoryLangCodeISO639_1", "en") +
+      leaf("countryCodeISO3166_1", country_code(report)) + leaf("usedLangCodeISO639_1", "en") +
+      leaf("mandatoryLangCodeISO639_1", "en") +
       leaf("uniqueIdentifier", campaign.uuid + "-" + report.chain_head.substr(0, 16)) +
-      leaf("beginPerformanceDate", day) + leaf("endPerformanceDate", day) +
+      leaf("beginPerformanceDate", first_day) + leaf("endPerformanceDate", last_day) +
       leaf("performanceLocation", "laboratory");
   const std::string item =
       named("name", report.mechanism) +
@@ -118,8 +139,11 @@ std::string conditions(const Measured& measured) {
     if (r.conditions.temp_degc) temp_degc.push_back(*r.conditions.temp_degc);
   }
   if (temp_degc.empty()) {
-    return element("influenceConditions",
-                   element("influenceCondition", named("name", "temperature: not recorded")));
+    return element(
+        "influenceConditions",
+        element("influenceCondition",
+                named("name", "temperature") +
+                    element("data", named("text", "The temperature was not recorded."))));
   }
   const auto [low, high] = std::ranges::minmax_element(temp_degc);
   std::string data;
@@ -133,30 +157,25 @@ std::string conditions(const Measured& measured) {
       element("influenceCondition", named("name", "temperature") + element("data", "\n" + data)));
 }
 
-std::string results(const JudgedPoints& points) {
+std::string results(const JudgedPoints& points, std::span<const BudgetRow> rows) {
   std::string errors;
-  double U2_mm2 = 0;
-  const auto known =
-      std::ranges::count_if(points.points, [](const JudgedPoint& p) { return p.U_mm.has_value(); });
   for (const JudgedPoint& p : points.points) {
     errors += quantity(fmt::format("position error at x {:.3f} mm, y {:.3f} mm", p.x_mm, p.y_mm),
                        with_U(p));
-    if (p.U_mm) U2_mm2 += *p.U_mm * *p.U_mm / static_cast<double>(known);
   }
-  const double u_mm = std::sqrt(U2_mm2) / 2;
-  const double other_mm =
-      std::sqrt(std::max(0.0, u_mm * u_mm - points.u_reading_mm * points.u_reading_mm));
-  const std::string budget =
-      quantity("standard uncertainty of a reading", millimetres(points.u_reading_mm)) +
-      quantity("standard uncertainty of the correction, root mean square over the points",
-               millimetres(other_mm)) +
-      quantity("combined standard uncertainty, root mean square over the points",
-               millimetres(u_mm));
+  std::string budget =
+      quantity("standard uncertainty of a reading", millimetres(points.u_reading_mm));
+  for (const BudgetRow& row : rows) {
+    budget += quantity(fmt::format("{} ({}, {})", row.name, row.distribution, row.source),
+                       millimetres(row.contribution_mm()));
+  }
   const auto result = [](const std::string& name, const std::string& data) {
     return element("result", named("name", name) + element("data", "\n" + data));
   };
-  return element("results", "\n" + result("Position errors", errors) +
-                                result("Budget of U: " + points.U_from, budget));
+  return element(
+      "results",
+      "\n" + result("Position errors", errors) +
+          result("Budget of U, standard uncertainties of a coordinate: " + points.U_from, budget));
 }
 
 }  // namespace
@@ -175,12 +194,12 @@ std::string dcc_xml(store::Connection& connection, const store::CampaignRow& cam
                   named("description", whose_words(points) + "; session " + points.session)));
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
          "<dcc:digitalCalibrationCertificate xmlns:dcc=\"https://ptb.de/dcc\" "
-         "xmlns:si=\"https://ptb.de/si\" schemaVersion=\"3.2.1\">\n" +
-         administrative(campaign, report) +
+         "xmlns:si=\"https://ptb.de/si\" schemaVersion=\"3.3.0\">\n" +
+         administrative(campaign, report, measured) +
          element("measurementResults",
-                 "\n" + element("measurementResult", "\n" + named("name", verdict(report)) +
-                                                         method + instrument +
-                                                         conditions(measured) + results(points))) +
+                 "\n" + element("measurementResult",
+                                "\n" + named("name", verdict(report)) + method + instrument +
+                                    conditions(measured) + results(points, report.budget))) +
          "</dcc:digitalCalibrationCertificate>\n";
 }
 

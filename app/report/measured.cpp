@@ -1,7 +1,6 @@
 #include "app/report/measured.hpp"
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 #include "app/job/correction_json.hpp"
@@ -11,73 +10,6 @@
 namespace trammel::report {
 
 namespace {
-
-/// A check in between, no result.
-bool is_reference(const std::string& role) { return role.starts_with("reference"); }
-
-/// Planned point of each attempt of a session.
-std::map<store::Id, store::Point> points_by_attempt(store::Connection& connection,
-                                                    const store::Id session_id,
-                                                    const std::vector<store::Point>& points) {
-  std::map<int, const store::Point*> by_seq;
-  for (const store::Point& point : points) by_seq[point.seq] = &point;
-  std::map<store::Id, store::Point> by_attempt;
-  for (const store::Attempt& attempt : store::attempts(connection, session_id)) {
-    if (attempt.status == "ok") by_attempt[attempt.id] = *by_seq[attempt.point_seq];
-  }
-  return by_attempt;
-}
-
-Walk make_walk(store::Connection& connection, const store::SessionRow& session,
-               const std::vector<store::StoredReading>& stored) {
-  Walk walk;
-  walk.session = session;
-  walk.n_epochs = static_cast<int>(store::epochs(connection, session.id).size());
-  walk.compensation = session.compensation_job;
-  walk.n_done = session.n_ok;
-  const std::vector<store::Point> plan = store::points(connection, session.id);
-  for (const store::Point& point : plan) walk.plan.push_back(point.target);
-  const auto points = points_by_attempt(connection, session.id, plan);
-  const store::ImportedWalk imported = store::imported_walk(session);
-  for (const store::StoredReading& reading : stored) {
-    if (reading.session_id != session.id || !reading.data.reading.measured) continue;
-    Visit visit{.point = reading.data.reading.seq, .role = {}, .reading = reading.data.reading};
-    if (reading.attempt_id) {
-      const auto point = points.find(*reading.attempt_id);
-      if (point == points.end()) continue;
-      visit.point = point->second.seq;
-      visit.role = point->second.role;
-    } else if (const auto role = imported.roles.find(visit.point); role != imported.roles.end()) {
-      visit.role = role->second;
-    }
-    if (is_reference(visit.role)) continue;
-    walk.visits.push_back(std::move(visit));
-  }
-  return walk;
-}
-
-/// Of an imported walk the targets are known as far as it went.
-void plan_as_walked(Walk& walk, const std::vector<store::SessionReading>& stored) {
-  walk.n_asked = walk.session.n_asked;
-  std::map<int, int> point_of;
-  for (const auto& [session, reading] : stored) {
-    if (session != walk.session.id) continue;
-    walk.plan.push_back(reading.target);
-    point_of[reading.seq] = static_cast<int>(walk.plan.size());
-  }
-  for (Visit& visit : walk.visits) visit.point = point_of[visit.reading.seq];
-  walk.n_done = static_cast<int>(walk.plan.size());
-}
-
-/// A correction that is known by name alone has a number below 0, one a name.
-void number_the_named(std::vector<Walk>& walks) {
-  std::map<std::string, store::Id> numbers;
-  for (Walk& walk : walks) {
-    if (!walk.session.compensated() || walk.compensation) continue;
-    const auto next = -1 - static_cast<store::Id>(numbers.size());
-    walk.compensation = numbers.emplace(walk.session.compensation_name, next).first->second;
-  }
-}
 
 /// The group as a complete walk under the job found it again; nothing where none did.
 std::vector<Pair> measured_pairs(const Measured& measured, const Group& group, store::Id job_id) {
@@ -116,24 +48,8 @@ Measured load_measured(store::Connection& connection, const store::CampaignRow& 
   for (const store::StoredReading& reading : stored) {
     measured.stored.push_back({reading.session_id, reading.data.reading});
   }
-  std::erase_if(stored, [&](const store::StoredReading& reading) {
-    return std::ranges::find(loaded.exclusions, reading.data.reading.seq, &store::Exclusion::seq) !=
-           loaded.exclusions.end();
-  });
   measured.held = store::held_epochs(connection, campaign.id);
-  for (const store::SessionRow& session : store::list_sessions(connection, campaign.id)) {
-    measured.walks.push_back(make_walk(connection, session, stored));
-    if (session.n_asked > 0) plan_as_walked(measured.walks.back(), measured.stored);
-  }
-  number_the_named(measured.walks);
-  std::vector<const trammel::Walk*> walks;
-  for (const Walk& walk : measured.walks) walks.push_back(&walk);
-  for (std::size_t k = 0; k < walks.size(); ++k) {
-    measured.walks[k].counts = stands(walks, k);
-    if (walks[k]->compensation && measured.walks[k].counts) {
-      measured.walks[k].baseline = baseline_of(walks, k);
-    }
-  }
+  measured.walks = job::walks_of(connection, campaign.id, std::move(stored), loaded.exclusions);
   measured.campaign = std::move(loaded.campaign);
   measured.exclusions = std::move(loaded.exclusions);
   return measured;

@@ -3,23 +3,16 @@
 
 #include <vector>
 
+#include "app/job/walks.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/seen.hpp"
-#include "core/judge/walk.hpp"
 #include "store/campaign.hpp"
 #include "store/job.hpp"
 #include "store/session.hpp"
 
 namespace trammel::report {
 
-/// A session's walk: visits less excluded readings, those without a pose and reference points.
-struct Walk : trammel::Walk {
-  store::SessionRow session = {};
-  int n_epochs = 0;
-  bool counts = false;  // it stands (core/judge/walk.hpp)
-  std::optional<std::size_t> baseline =
-      {};  // of a compensated walk: index of what it is compared with
-};
+using Walk = job::SessionWalk;
 
 struct Measured {
   Campaign campaign;

@@ -9,6 +9,7 @@
 
 #include "app/files/numbers.hpp"
 #include "app/report/print.hpp"
+#include "app/terminal/columns.hpp"
 #include "app/terminal/lines.hpp"
 
 namespace trammel::report {
@@ -17,7 +18,8 @@ namespace {
 
 constexpr int kEighths = 8;
 constexpr int kMostCells = 17;  // across one map: two maps of them fit 100 columns
-constexpr int kBarColumns = 60;
+constexpr int kMostBarColumns = 60;
+constexpr int kBesideBar = 22;      // the method before it, its figure behind it
 constexpr double kRounding = 1e-9;  // a share of just so many eighths is not one more
 constexpr double kSame_mm = 1e-6;   // coordinates that differ by less are one
 
@@ -121,14 +123,22 @@ std::string judged_words(const ErrorTable& table) {
   return fmt::format("{}, {} points", name_of(table.standing), table.before.n);
 }
 
-std::string bar(double value, double scale, const std::optional<double>& floor, Glyphs glyphs) {
-  const double eighths = std::round(kEighths * kBarColumns * value / scale);
+/// What a bar measures.
+struct Scale {
+  double full = 0;
+  int columns = 0;  // of the full value
+  std::optional<double> floor = {};
+};
+
+std::string bar(double value, const Scale& scale, Glyphs glyphs) {
+  const double eighths = std::round(kEighths * scale.columns * value / scale.full);
   const int full = static_cast<int>(eighths) / kEighths,
             rest = static_cast<int>(eighths) % kEighths;
   const bool blocks = glyphs == Glyphs::blocks;
-  const int mark = floor ? static_cast<int>(std::floor(kBarColumns * *floor / scale)) : -1;
+  const int mark =
+      scale.floor ? static_cast<int>(std::floor(scale.columns * *scale.floor / scale.full)) : -1;
   std::string text;
-  for (int column = 0; column < kBarColumns; ++column) {
+  for (int column = 0; column < scale.columns; ++column) {
     if (column == mark) {
       text += blocks ? "│" : "|";
     } else if (column < full) {
@@ -146,13 +156,17 @@ std::string bar(double value, double scale, const std::optional<double>& floor, 
 
 }  // namespace
 
-std::string error_map(const ErrorTable& table, Glyphs glyphs) {
+std::string error_map(const ErrorTable& table, Glyphs glyphs, int columns) {
   if (table.points.empty()) return "";
   const Grid grid = grid_of(table.points);
   if (grid.columns == 0) return "";
   const int width = 2 * grid.columns;
   const std::string left = coordinate(grid.x.low_mm), right = coordinate(grid.x.high_mm);
   const int half = std::max({width, 6, static_cast<int>(left.size() + right.size()) + 1});
+  const int needed = 2 * half + 12;
+  if (needed > columns) {
+    return fmt::format("the map needs {} columns, here are {}\n", needed, columns);
+  }
   std::string text = trimmed(fmt::format("{:>6}  {:<{}}    {}", "y mm", "before", half,
                                          table.after_predicted ? "after *" : "after"));
   for (int row = grid.rows - 1; row >= 0; --row) {
@@ -172,12 +186,14 @@ std::string error_map(const ErrorTable& table, Glyphs glyphs) {
                             grid.largest, table.unit, rounded(grid.pitch_mm, 1));
 }
 
-std::string method_bars(const Report& report, const ErrorTable& table, Glyphs glyphs) {
-  const auto line = [&](const std::string& name, double value) {
-    return trimmed(fmt::format("{:<12} {} {:.4f}", name,
-                               bar(value, table.before.mean, report.floor_mean_mm, glyphs), value));
-  };
+std::string method_bars(const Report& report, const ErrorTable& table, Glyphs glyphs, int columns) {
   if (table.before.mean <= 0) return "";
+  const Scale scale{.full = table.before.mean,
+                    .columns = std::clamp(columns - kBesideBar, 0, kMostBarColumns),
+                    .floor = report.floor_mean_mm};
+  const auto line = [&](const std::string& name, double value) {
+    return trimmed(fmt::format("{:<12} {} {:.4f}", name, bar(value, scale, glyphs), value));
+  };
   std::string text = fmt::format("mean, {} [{}]\n", judged_words(table), table.unit);
   text += line("before", table.before.mean);
   for (const ErrorTable& other : report.tables) {
@@ -193,12 +209,13 @@ std::string method_bars(const Report& report, const ErrorTable& table, Glyphs gl
 }
 
 std::string pictures(const Report& report, Glyphs glyphs) {
+  const auto columns = static_cast<int>(terminal::terminal_columns().value_or(kWide));
   const ErrorTable* table = best_table(report);
   if (table == nullptr) return "";
-  const std::string map = error_map(*table, glyphs);
+  const std::string map = error_map(*table, glyphs, columns);
   return terminal::heading(fmt::format("Where the error is [{}]: {}, {}", table->unit,
                                        table->method, judged_words(*table))) +
-         map + (map.empty() ? "" : "\n") + method_bars(report, *table, glyphs);
+         map + (map.empty() ? "" : "\n") + method_bars(report, *table, glyphs, columns);
 }
 
 }  // namespace trammel::report

@@ -73,3 +73,16 @@ TEST_CASE("Octave finds the same through a table", "[cli][examples]") {
   CHECK(done.exit_code == 0);
   CHECK_THAT(done.out, Contains(laboratory.expected("measure-48")));
 }
+
+TEST_CASE("a laboratory of an older version is reported in text, JSON and as a page",
+          "[examples][report]") {
+  const Copy laboratory;
+  for (const std::vector<std::string>& sink :
+       {std::vector<std::string>{}, {"--json"}, {"--html", "page.html"}, {"--tolerance", "0.5"}}) {
+    std::vector<std::string> words{"report", "paper", "--db", "laboratory.db"};
+    words.insert(words.end(), sink.begin(), sink.end());
+    const Finished report = tests::run_program(words, laboratory.folder.path());
+    INFO(report.err);
+    CHECK((report.exit_code == 0 || report.exit_code == 5));  // 5: the tolerance is not met
+  }
+}

@@ -103,6 +103,23 @@ TEST_CASE("bars are as long as the errors, and each carries the noise floor", "[
   CHECK_THAT(lines[4], Contains("0.0125"));
 }
 
+TEST_CASE("in few columns bars shrink, and a map that has no room says so", "[report]") {
+  Report report;
+  report.tables = {growing()};
+  for (const int columns : {20, 24, 40, 80}) {
+    CAPTURE(columns);
+    const std::string bars = method_bars(report, report.tables[0], Glyphs::ascii, columns);
+    CHECK(count(bars, "#") ==
+          2 * static_cast<std::size_t>(std::clamp(columns - 22, 0, 60)) * 9 / 16);
+    for (const std::string& line : lines_of(bars)) {
+      if (line.starts_with("mean")) continue;  // prose: folded where it is printed
+      CHECK(terminal::columns_of(line) <= static_cast<std::size_t>(columns));
+    }
+  }
+  CHECK(error_map(growing(), Glyphs::ascii, 28) == error_map(growing(), Glyphs::ascii));
+  CHECK(error_map(growing(), Glyphs::ascii, 27) == "the map needs 28 columns, here are 27\n");
+}
+
 TEST_CASE("a report draws blocks where the locale has them, else letters of ASCII", "[report]") {
   const tests::TemporaryFolder folder;
   REQUIRE(tests::run_program({"campaign", "import", tests::kDriveError}, folder.path()).exit_code ==

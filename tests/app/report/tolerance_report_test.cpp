@@ -3,6 +3,7 @@
 #include "app/report/tolerance.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/report/gather.hpp"
@@ -96,7 +97,8 @@ TEST_CASE("every point is decided by its own error and U, in JSON, text and page
 }
 
 TEST_CASE(
-    "a report becomes a calibration certificate that is well-formed, with U and k of each point",
+    "a report becomes a calibration certificate in the form of DCC 3.3.0, with U and k of each "
+    "point",
     "[report]") {
   const ToleranceLab lab(true);
   REQUIRE(lab.run({"report", "drive-error", "--dcc", "a.xml"}).exit_code == 0);
@@ -120,11 +122,20 @@ TEST_CASE(
   if (tests::run_command({"sh", "-c", "command -v xmllint"}, "/").exit_code != 0) {
     return tests::skip_without("xmllint");
   }
+  const auto lint = [&lab](const char* file) {
+    return tests::run_command({"xmllint", "--noout", "--relaxng",
+                               tests::source_folder() + "/tests/app/report/certificate.rng", file},
+                              lab.folder.path());
+  };
   for (const char* file : {"a.xml", "b.xml"}) {
-    const Finished linted = tests::run_command({"xmllint", "--noout", file}, lab.folder.path());
+    const Finished linted = lint(file);
     INFO(linted.err);
     CHECK(linted.exit_code == 0);
   }
+  // Control: a condition without its data, which DCC demands.
+  const std::size_t from = xml.find("<dcc:data>"), to = xml.find("</dcc:data>") + 11;
+  std::ofstream(lab.folder.path() / "c.xml") << xml.substr(0, from) + xml.substr(to);
+  CHECK(lint("c.xml").exit_code != 0);
 }
 
 TEST_CASE("the text report gives each identified combination once", "[report]") {
