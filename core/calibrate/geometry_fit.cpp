@@ -219,7 +219,6 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
            (options.tolerance_prior ? z.squaredNorm() : 0.0);
   };
   double lambda = 0;  // of the largest s^2
-  bool home = true;
   for (; fit.iterations < options.max_iterations; ++fit.iterations) {
     if (huber) {
       fit.scale = spread(fit.system.residual, coordinates);
@@ -229,32 +228,31 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
     if (options.tolerance_prior) add_prior(system, fit.z);
     const Steps steps(system, fit.z);
     const double before = total(fit.system.residual, fit.z);
-    bool better = false;
-    for (; !better && lambda <= kLastDamping; lambda = std::max(kFirstDamping, 10 * lambda)) {
+    const auto lowers = [&](bool home) {
       const Eigen::VectorXd step = steps.with(lambda, home);
       const RobotModel model = moved(fit.model, fit.parameters, step);
       auto next = system_within_reach(model, readings, sigma, fit.parameters);
-      if (!next) continue;  // a step along what readings hardly know can leave reach
+      if (!next) return false;  // a step along what readings hardly know can leave reach
       *next = settled(std::move(*next));
-      if (total(next->residual, fit.z + step) > before * (1 + 1e-12) + kStop) continue;
-      better = true;
-      fit.damped += lambda > 0 ? 1 : 0;
+      if (total(next->residual, fit.z + step) > before * (1 + 1e-12) + kStop) return false;
       fit.z += step;
       fit.model = model;
       fit.system = *std::move(next);
+      return true;
+    };
+    bool better = false;
+    for (; !better && lambda <= kLastDamping; lambda = std::max(kFirstDamping, 10 * lambda)) {
+      // where the model lacks much, the way back can cost what the step gains
+      better = lowers(true) || lowers(false);
+      fit.damped += better && lambda > 0 ? 1 : 0;
     }
     if (steps.undamped_moves() < kStop) {
       fit.status = GeometryFit::Status::converged;
       break;
     }
-    if (!better && !home) {
+    if (!better) {
       fit.status = GeometryFit::Status::stalled;
       break;
-    }
-    if (!better) {  // where the model lacks much, the way back can cost what the step gains
-      home = false;
-      lambda = 0;
-      continue;
     }
     lambda = lambda <= 100 * kFirstDamping ? 0 : lambda / 100;  // the loop left it ten times up
   }

@@ -87,7 +87,7 @@ struct [[nodiscard]] GeometryFit {
 /// damping is the same for lengths and angles:
 ///   step(lambda) = V (S^2 + lambda)^-1 S U' r + (back to the start, outside V) / (1 + lambda /
 ///   s_1^2)
-/// without the way back from where no lambda lowers the sum with it (what the readings do not know
+/// without the way back where a step with it does not lower the sum (what the readings do not know
 /// then stays where it is). lambda = 0 (Gauss-Newton) while that lowers the sum; else from 1e-8
 /// s_1^2 up by tens until a step does, and down by tens after it (Levenberg 1944, Marquardt 1963).
 /// A step out of reach lowers nothing. One decomposition a step, however many lambda are tried.
