@@ -3,6 +3,7 @@
 #include "app/report/tolerance.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -54,6 +55,30 @@ TEST_CASE("without a calibration the machine as it is is judged by the noise of 
   CHECK(fails.at("points").size() == 128);
   for (const auto& p : fails.at("points")) {
     CHECK_THAT(p.at("U_k2_mm").get<double>(), WithinAbs(0.02, 1e-12));  // twice 0.01
+  }
+}
+
+TEST_CASE("U of a real campaign stands on the budget that it states, instrument and all",
+          "[report]") {
+  ToleranceLab lab(false);
+  const std::filesystem::path real = lab.folder.path() / "real";
+  std::filesystem::copy(tests::kDriveError, real);
+  auto campaign = nlohmann::json::parse(tests::read_text(real / "campaign.json"));
+  campaign["name"] = "real";
+  campaign["kind"] = "real";
+  campaign["facts"]["budget"] = {{"instrument_u_mm", 0.004},    {"nests_mm", 0.006},
+                                 {"frame_u_mm", 0.003},         {"alpha_per_k", 1e-5},
+                                 {"temperature_spread_k", 1.5}, {"length_mm", 700}};
+  std::ofstream(real / "campaign.json") << campaign.dump();
+  REQUIRE(lab.run({"campaign", "import", "real"}).exit_code == 0);
+  const Finished done = lab.run({"report", "real", "--tolerance", "5", "--json"});
+  INFO(done.err);
+  REQUIRE(done.exit_code == 0);
+  // By hand (GUM): reading 0.010; instrument, nests / sqrt 3, frame, alpha L dT / sqrt 3.
+  const double u_mm = std::sqrt(0.010 * 0.010 + 0.004 * 0.004 + 0.006 * 0.006 / 3 + 0.003 * 0.003 +
+                                std::pow(1e-5 * 700 * 1.5, 2) / 3);
+  for (const auto& p : nlohmann::json::parse(done.out).at("tolerance").at("points")) {
+    CHECK_THAT(p.at("U_k2_mm").get<double>(), WithinAbs(2 * u_mm, 1e-12));
   }
 }
 
