@@ -9,16 +9,17 @@ namespace trammel::cli {
 Approach parse_approach(const std::string& text) {
   const std::map<char, int> kSigns = {{'+', 1}, {'-', -1}, {'0', 0}};
   Approach approach = {0, 0, 0};
-  bool good = text.size() == kChains;
-  for (std::size_t i = 0; good && i < kChains; ++i) {
+  bool good = !text.empty() && text.size() <= kChains;
+  for (std::size_t i = 0; good && i < text.size(); ++i) {
     good = kSigns.contains(text[i]);
     if (good) approach[i] = kSigns.at(text[i]);
   }
   if (!good) {
-    throw UsageError({.what = "no direction of approach",
-                      .where = {.field = "--approach"},
-                      .got = text,
-                      .expected = "one of + - 0 per rail, as '+-0' or '000'"});
+    throw UsageError(
+        {.what = "no direction of approach",
+         .where = {.field = "--approach"},
+         .got = text,
+         .expected = "one of + - 0 for each drive, as '+-0', or '+-' on a stage of two"});
   }
   return approach;
 }

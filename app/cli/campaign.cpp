@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/next_step.hpp"
 #include "app/files/machine_json.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/published_json.hpp"
@@ -164,8 +165,9 @@ ExitCode run_campaign_list(const CampaignListOptions&, Context& context) {
 ExitCode run_campaign_show(const CampaignShowOptions& options, Context& context) {
   const Shown shown = look_up(options.campaign, context);
   context.json ? print_json(shown, context) : print_text(shown, context);
-  context.next((shown.jobs.empty() ? "trammel calibrate lsq " : "trammel report ") +
-               shell_word(shown.row.name));
+  context.next(
+      (shown.jobs.empty() ? first_calibration(shown.loaded.campaign.machine) : "trammel report ") +
+      shell_word(shown.row.name));
   return ExitCode::ok;
 }
 

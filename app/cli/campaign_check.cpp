@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/next_step.hpp"
 #include "app/files/campaign_file.hpp"
 #include "app/job/screening.hpp"
 #include "store/campaign.hpp"
@@ -59,7 +60,7 @@ ExitCode run_campaign_check(const CampaignCheckOptions& options, Context& contex
         job::findings_text(found));
   }
   if (code != ExitCode::invalid_data) {
-    context.next((stored ? "trammel calibrate lsq " : "trammel campaign import ") +
+    context.next((stored ? first_calibration(campaign.machine) : "trammel campaign import ") +
                  shell_word(options.campaign));
   }
   return code;

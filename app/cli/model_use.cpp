@@ -16,7 +16,6 @@
 #include "app/job/model_json.hpp"
 #include "app/job/run.hpp"
 #include "app/terminal/table.hpp"
-#include "core/mechanism/inverse.hpp"
 #include "core/mechanism/machine_kinematics.hpp"
 #include "core/units.hpp"
 #include "store/campaign.hpp"
@@ -82,7 +81,7 @@ Reach::Status assembly_status(const Reach& at) {
 }
 
 /// Commands that a controller without correction gives for the poses.
-std::vector<Question> commands_for(const Mechanism& mechanism, const PredictOptions& options) {
+std::vector<Question> commands_for(const Machine& machine, const PredictOptions& options) {
   if (options.poses.size() % 3 != 0) {
     throw UsageError({.what = "a pose is three numbers",
                       .where = {.field = "--pose"},
@@ -90,12 +89,12 @@ std::vector<Question> commands_for(const Mechanism& mechanism, const PredictOpti
                       .expected = "x mm, y mm, phi deg"});
   }
   const Approach approach = parse_approach(options.approach);
-  const Machine machine = machine_of(mechanism);
-  Displacements before_mm = inverse(mechanism.geometry, mechanism.home).l_mm;
+  const MachineSolver solver(machine);
+  Displacements before_mm = solver.drives(machine.home).l_mm;
   std::vector<Question> all;
   for (std::size_t k = 0; k < options.poses.size(); k += 3) {
     const Pose pose{options.poses[k], options.poses[k + 1], rad_from_deg(options.poses[k + 2])};
-    const InverseResult at = inverse(mechanism.geometry, pose);
+    const InverseResult at = solver.drives(pose);
     if (!at.ok()) out_of_reach(k / 3 + 1, at.chain);
     CommandRow row{.seq = static_cast<int>(all.size()) + 1,
                    .conditions = {.cmd_mm = at.l_mm,
@@ -103,7 +102,7 @@ std::vector<Question> commands_for(const Mechanism& mechanism, const PredictOpti
                                   .epoch = options.at.epoch,
                                   .time_s = options.at.time_s,
                                   .temp_degc = options.at.temp_degc}};
-    for (int i = 0; i < kChains; ++i) {
+    for (int i = 0; i < machine.kind->n_chains; ++i) {
       const int sign = approach[static_cast<std::size_t>(i)];
       if (sign != 0) row.conditions.from_mm[i] = at.l_mm[i] - sign;  // any length: a direction
     }
@@ -118,12 +117,11 @@ std::vector<Question> questions(const StoredModel& model, const PredictOptions& 
     throw UsageError({.what = "predict takes poses or a file of commands, one of them",
                       .hint = "--pose x,y,phi or --commands FILE"});
   }
-  const Mechanism mechanism = model.robot.mechanism();
-  if (options.commands.empty()) return commands_for(mechanism, options);
+  const Machine& machine = model.robot.nominal;
+  if (options.commands.empty()) return commands_for(machine, options);
   std::vector<Question> all;
-  const Machine machine = machine_of(mechanism);
-  for (const CommandRow& row : read_commands_csv(options.commands, mechanism)) {
-    const MachinePose at = forward(machine, row.conditions.cmd_mm, mechanism.home);
+  for (const CommandRow& row : read_commands_csv(options.commands, mechanism_of(machine))) {
+    const MachinePose at = forward(machine, row.conditions.cmd_mm, machine.home);
     all.push_back({row, at.pose, at.ok() ? Reach::Status::ok : Reach::Status::unreachable});
   }
   return all;
@@ -268,11 +266,11 @@ Json export_table(store::Connection& db, const StoredModel& model, const ExportO
 }
 
 /// Files for a controller that corrects each drive by its own position, from any correction.
-Json export_controller(const Correction& correction, const Mechanism& mechanism,
+Json export_controller(const Correction& correction, const Machine& machine,
                        const ExportOptions& options, Existing existing) {
   const bool linuxcnc = options.format == "linuxcnc";
   const job::ControllerTables tables =
-      job::controller_tables(correction, mechanism, request_of(options), options.knot_mm);
+      job::controller_tables(correction, machine, request_of(options), options.knot_mm);
   const std::vector<job::ControllerFile> files =
       linuxcnc ? job::linuxcnc_files(tables, options.file)
                : std::vector{job::aerotech_file(tables, options.file)};
@@ -344,11 +342,10 @@ ExitCode run_export(const ExportOptions& given, Context& context) {
   Json done = {{"campaign", campaign.name}, {"file", options.file}, {"dry_run", options.dry_run}};
   if (!options.job.empty()) {
     const store::Id id = job::find_compensation(db, options.campaign, options.job);
-    const Mechanism mechanism =
-        mechanism_of(store::load_campaign(db, campaign.id).campaign.machine);
+    const Machine machine = store::load_campaign(db, campaign.id).campaign.machine;
     done["job"] = id;
     done.update(
-        export_controller(job::correction_of(db, id), mechanism, options, context.existing()));
+        export_controller(job::correction_of(db, id), machine, options, context.existing()));
     context.json ? context.print("model-export", done) : context.print(export_text(done));
     return ExitCode::ok;
   }
@@ -356,7 +353,7 @@ ExitCode run_export(const ExportOptions& given, Context& context) {
   done["version"] = model.row.version;
   if (controller) {
     require_epoch(model, options.at.epoch);
-    done.update(export_controller(ModelCorrection{model.robot}, model.robot.mechanism(), options,
+    done.update(export_controller(ModelCorrection{model.robot}, model.robot.nominal, options,
                                   context.existing()));
   } else if (options.format == "json") {
     done["kind"] = "model";

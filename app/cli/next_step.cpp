@@ -108,6 +108,11 @@ std::string filled(const std::string& line, Command command) {
 
 }  // namespace
 
+std::string first_calibration(const Machine& machine) {
+  return machine.kind->chain == &kPrrChain ? "trammel calibrate lsq "
+                                           : "trammel calibrate geometry ";
+}
+
 std::string next_step(Command app, const std::vector<std::string>& words, ExitCode code) {
   Command command = chosen_command(app);
   if (code == ExitCode::ok && std::ranges::find(words, "--dry-run") != words.end()) {

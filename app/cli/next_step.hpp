@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/cli/context.hpp"
+#include "core/mechanism/machine.hpp"
 
 namespace trammel::cli {
 
@@ -11,6 +12,10 @@ namespace trammel::cli {
 /// nothing is suggested. `words`: the line that was run; after a dry run it is the same without
 /// --dry-run. Proof: every_command_test.cpp.
 std::string next_step(Command app, const std::vector<std::string>& words, ExitCode code);
+
+/// "trammel calibrate lsq ", the paper's method, for its kind of robot; "… geometry " for every
+/// other.
+std::string first_calibration(const Machine& machine);
 
 /// What an error that suggests nothing itself is about.
 enum class Fault { stored, file, line };

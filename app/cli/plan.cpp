@@ -165,9 +165,11 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
   const Bounds bounds = bounds_of(options, context);
   const Plan plan = plan_for(options, bounds, context);
   const std::string text = plan_json(plan).dump(1) + "\n";
+  const Machine machine = bounds.machine.value_or(machine_of(paper_mechanism()));
   if (options.grid.grid == "optimal") {
-    context.say(beside_paper_80(
-        plan, bounds.machine ? mechanism_of(*bounds.machine) : paper_mechanism(), options.design));
+    context.say(machine.kind->chain == &kPrrChain
+                    ? beside_paper_80(plan, machine, options.design)
+                    : design_text(design_of(plan, machine, options.design)));
   }
   if (options.out.empty()) {
     context.print_as_is(text);
@@ -229,7 +231,7 @@ ExitCode run_check(const FileOptions& options, Context& context) {
   const Machine machine = machine_at(options.mechanism);
   const auto violations = check(plan, machine, options.check);
   std::optional<PlanDesign> design;
-  if (options.identifiability) design = design_of(plan, mechanism_of(machine), options.design);
+  if (options.identifiability) design = design_of(plan, machine, options.design);
   const bool records = !options.record.empty() && violations.empty() && !options.dry_run;
   if (records) {
     session::write_plan_record(options.record, plan, machine, options.check, context.existing());

@@ -1,6 +1,8 @@
 #include "app/cli/plan_design.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/plan/named.hpp"
@@ -51,6 +53,15 @@ Json uncertainty_json(const PoseUncertainty& u) {
           {"max_deg", deg_from_rad(u.max_rad)}};
 }
 
+/// Of the square about the origin that holds the plan.
+double half_width_of(const Plan& plan) {
+  double half = 0;
+  for (const PlannedPoint& p : plan.points) {
+    half = std::max({half, std::abs(p.target.x_mm), std::abs(p.target.y_mm)});
+  }
+  return half > 0 ? half : 1;
+}
+
 }  // namespace
 
 TrackerSigma DesignOptions::sigma() const { return {sigma_xy_mm, rad_from_deg(sigma_phi_deg)}; }
@@ -63,9 +74,9 @@ void design_options(Command c, DesignOptions& o) {
       .type("EFFECT");
 }
 
-PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignOptions& options) {
-  const DesignModel model = design_model(mechanism, options.sigma(), options.effects);
-  const Eigen::MatrixXd J = design_jacobian(model, expected_conditions(plan, mechanism));
+PlanDesign design_of(const Plan& plan, const Machine& machine, const DesignOptions& options) {
+  const DesignModel model = design_model(machine, options.sigma(), options.effects);
+  const Eigen::MatrixXd J = design_jacobian(model, expected_conditions(plan, machine));
   const auto parameters = scaled_parameters(model.parameters);
   PlanDesign design;
   design.known = identifiability(model, J);
@@ -73,9 +84,18 @@ PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignO
   design.base = identified_combinations(design.known, parameters, expected);
   design.correlated = strong_correlations(design.base, expected);
   design.words = in_words(design.known, parameters, design.base, design.correlated);
-  design.level = predicted_uncertainty(model, J, comparison_poses(std::vector{0.0}));
-  design.turned =
-      predicted_uncertainty(model, J, comparison_poses(std::vector{-kTurnRad, 0.0, kTurnRad}));
+  const bool is_prr = machine.kind->chain == &kPrrChain;
+  if (!is_prr) design.half_width_mm = half_width_of(plan);
+  const auto poses = [&](const std::vector<double>& turns) {
+    return is_prr ? comparison_poses(turns, design.half_width_mm)
+                  : comparison_poses(machine, turns, design.half_width_mm);
+  };
+  const std::vector<double> turns = {-kTurnRad, 0.0, kTurnRad};
+  design.level = predicted_uncertainty(model, J, poses({0.0}));
+  const std::vector<Pose> turned = poses(turns);
+  const bool turns_so_far =
+      std::ranges::any_of(turned, [](const Pose& p) { return p.phi_rad > 0; });
+  if (turns_so_far) design.turned = predicted_uncertainty(model, J, turned);
   return design;
 }
 
@@ -94,34 +114,37 @@ std::string design_text(const PlanDesign& d) {
       "observability of what is identified: O1 {:.4g}  O2 {:.4g}  O3 {:.4g}  O4 "
       "{:.4g}  O5 {:.4g}\n",
       o.O1, o.O2, o.O3, o.O4, o.O5);
-  text += "predicted standard deviation of the pose after the fit, over +-100 mm:\n";
-  return text + uncertainty_line("at phi = 0", d.level) +
-         uncertainty_line("at phi = -5, 0, 5 deg", d.turned);
+  text += fmt::format("predicted standard deviation of the pose after the fit, over +-{:g} mm:\n",
+                      d.half_width_mm);
+  text += uncertainty_line("at phi = 0", d.level);
+  return d.turned ? text + uncertainty_line("at phi = -5, 0, 5 deg", *d.turned) : text;
 }
 
 Json design_json(const PlanDesign& d) {
   const Observability& o = d.known.observability;
   Json missing = Json::array();
   for (const NullDirection& direction : d.known.null_space) missing.push_back(direction.sentence);
+  Json predicted = {{"half_width_mm", d.half_width_mm}, {"level", uncertainty_json(d.level)}};
+  if (d.turned) predicted["turned"] = uncertainty_json(*d.turned);
   return {{"rank", d.known.rank},
           {"parameters", d.known.singular.size()},
           {"not_identified", missing},
           {"identified", base_json(d)},
           {"correlations", correlations_json(d)},
           {"observability", {{"O1", o.O1}, {"O2", o.O2}, {"O3", o.O3}, {"O4", o.O4}, {"O5", o.O5}}},
-          {"predicted_sd",
-           {{"level", uncertainty_json(d.level)}, {"turned", uncertainty_json(d.turned)}}}};
+          {"predicted_sd", predicted}};
 }
 
-std::string beside_paper_80(const Plan& plan, const Mechanism& mechanism,
+std::string beside_paper_80(const Plan& plan, const Machine& machine,
                             const DesignOptions& options) {
-  const PlanDesign ours = design_of(plan, mechanism, options);
-  const PlanDesign paper = design_of(named_plan("paper-80"), mechanism, options);
+  const PlanDesign ours = design_of(plan, machine, options);
+  const PlanDesign paper = design_of(named_plan("paper-80"), machine, options);
   return "predicted standard deviation of the pose after the fit, over +-100 mm and -5, 0, 5 "
          "deg:\n" +
          uncertainty_line(fmt::format("{}, {} points", plan.name, plan.points.size()),
-                          ours.turned) +
-         uncertainty_line("paper-80, 80 points", paper.turned) + "the same at phi = 0 alone:\n" +
+                          ours.turned.value()) +
+         uncertainty_line("paper-80, 80 points", paper.turned.value()) +
+         "the same at phi = 0 alone:\n" +
          uncertainty_line(fmt::format("{}, {} points", plan.name, plan.points.size()), ours.level) +
          uncertainty_line("paper-80, 80 points", paper.level);
 }

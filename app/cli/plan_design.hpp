@@ -3,6 +3,7 @@
 // --identifiability`, and the choice of points of `plan create optimal`.
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,15 +27,16 @@ struct PlanDesign {
   std::vector<IdentifiedCombination> base;  // with their uncertainty, without a value
   std::vector<Correlation> correlated;
   std::vector<std::string> words;
-  PoseUncertainty level;   // over the square at phi = 0
-  PoseUncertainty turned;  // and at -5, 0, 5 deg
+  double half_width_mm = 100;             // of the square: the paper's, else that of the plan
+  PoseUncertainty level;                  // over the square at phi = 0
+  std::optional<PoseUncertainty> turned;  // and at -5, 0, 5 deg, where the machine turns so far
 };
-PlanDesign design_of(const Plan& plan, const Mechanism& mechanism, const DesignOptions& options);
+PlanDesign design_of(const Plan& plan, const Machine& machine, const DesignOptions& options);
 std::string design_text(const PlanDesign& design);
 nlohmann::ordered_json design_json(const PlanDesign& design);
 
 /// "predicted … paper-80 …": a plan beside the paper's, both in mean and max standard deviation.
-std::string beside_paper_80(const Plan& plan, const Mechanism& mechanism,
-                            const DesignOptions& options);
+/// Precondition: the machine is a 3-PRR.
+std::string beside_paper_80(const Plan& plan, const Machine& machine, const DesignOptions& options);
 
 }  // namespace trammel::cli

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/margins.hpp"
+#include "app/cli/next_step.hpp"
 #include "app/files/plan_json.hpp"
 #include "app/job/fitted_range.hpp"
 #include "app/job/run.hpp"
@@ -15,6 +16,7 @@
 #include "app/session/wishes.hpp"
 #include "app/terminal/progress.hpp"
 #include "store/campaign.hpp"
+#include "store/machine.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -146,7 +148,9 @@ ExitCode run_run(const RunOptions& options, Context& context) {
   const session::Outcome outcome = session::run(db, request, around);
   const ExitCode code = report(outcome, "run", request.session, context);
   if (outcome.state == session::State::done) {
-    context.next((request.compensation_job ? "trammel report " : "trammel calibrate lsq ") +
+    const store::Id campaign = store::require_campaign_id(db, request.campaign);
+    context.next((request.compensation_job ? "trammel report "
+                                           : first_calibration(store::load_machine(db, campaign))) +
                  shell_word(request.campaign));
   } else if (outcome.session_id != 0) {
     context.next(fmt::format("trammel session resume {} --session {}", shell_word(request.campaign),

@@ -37,8 +37,10 @@ std::vector<std::string> kinds_of(const std::string& noun) {
 }
 
 const TemplateFile& template_of(const TemplateOptions& o) {
+  std::string kind = o.kind;  // XY is xy
+  for (char& c : kind) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   for (const TemplateFile& file : template_files()) {
-    if (noun_of(file) == o.noun && (o.kind.empty() || kind_of(file) == o.kind)) return file;
+    if (noun_of(file) == o.noun && (kind.empty() || kind_of(file) == kind)) return file;
   }
   const auto kinds = kinds_of(o.noun);
   throw UsageError({.what = fmt::format("there is no {} of this kind", o.noun),
@@ -86,8 +88,9 @@ void setup_template(Command app, Context& context) {
   auto options = std::make_shared<TemplateOptions>();
   Command command = app.command("template", "A commented file to start from, valid as it is");
   command.option("NOUN", options->noun, "of what").required().one_of(template_nouns());
-  command.option("KIND", options->kind,
-                 "stage: galil; tracker: t2sa, file; machine: 3-prr; campaign: readings");
+  command.option(
+      "KIND", options->kind,
+      "stage: galil; tracker: t2sa, file; machine: 3-prr, 3-ppr, 3-rpr, xy, x; campaign: readings");
   on_run(command, context, options, run_template);
 }
 

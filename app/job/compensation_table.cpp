@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/calibrate/correction.hpp"
 #include "core/error.hpp"
@@ -46,17 +47,13 @@ void check(const TableRequest& r) {
   }
 }
 
-bool within(const Limits& limits, const Displacements& l_mm) {
-  return (l_mm.array() >= limits.l_min_mm).all() && (l_mm.array() <= limits.l_max_mm).all();
-}
-
 /// All rows of one target, or none when one of them cannot be commanded.
-std::vector<TableRow> rows_of(const RobotModel& robot, const Mechanism& mechanism,
+std::vector<TableRow> rows_of(const RobotModel& robot, const NominalMachine& machine,
                               const Pose& target,
                               const std::vector<std::array<int, kChains>>& directions,
                               const TableRequest& request) {
   if (reach(robot.nominal, target).assembly <= 0) return {};
-  const InverseResult nominal = inverse(mechanism.geometry, target);
+  const InverseResult nominal = machine.drives(target);
   std::vector<TableRow> rows;
   for (const auto& approach : directions) {
     const Move move{.target = target,
@@ -65,8 +62,8 @@ std::vector<TableRow> rows_of(const RobotModel& robot, const Mechanism& mechanis
                     .epoch = request.epoch,
                     .time_s = request.time_s,
                     .temp_degc = request.temp_degc};
-    const InverseResult at = commanded(ModelCorrection{robot}, mechanism, move);
-    if (!at.ok() || !within(mechanism.limits, at.l_mm)) return {};
+    const InverseResult at = commanded(ModelCorrection{robot}, machine, move);
+    if (!at.ok() || !within_limits(robot.nominal, at.l_mm)) return {};
     rows.push_back({target, approach, at.l_mm, at.l_mm - nominal.l_mm});
   }
   return rows;
@@ -75,6 +72,22 @@ std::vector<TableRow> rows_of(const RobotModel& robot, const Mechanism& mechanis
 std::string direction_cell(int sign) { return sign > 0 ? "+1" : sign < 0 ? "-1" : "0"; }
 
 }  // namespace
+
+bool moves_to(const Machine& machine, const Pose& target) {
+  const Eigen::Vector3d away = target.vector() - machine.home.vector();
+  for (int c = machine.kind->n_chains; c < 3; ++c) {
+    if (std::abs(away[c]) > kStandstillMm) return false;
+  }
+  return true;
+}
+
+bool within_limits(const Machine& machine, const Displacements& l_mm) {
+  for (int i = 0; i < machine.kind->n_chains; ++i) {
+    const Limits& limits = machine.drives[static_cast<std::size_t>(i)].limits;
+    if (!(l_mm[i] >= limits.l_min_mm && l_mm[i] <= limits.l_max_mm)) return false;
+  }
+  return true;
+}
 
 std::array<bool, kChains> directed_rails(const RobotModel& robot) {
   std::array<bool, kChains> directed = {};
@@ -87,7 +100,10 @@ std::array<bool, kChains> directed_rails(const RobotModel& robot) {
     for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
       if (active.values[static_cast<Eigen::Index>(k)] == 0) continue;
       const int rail = effect.parameters[k].rail;
-      if (rail < 0) return {true, true, true};
+      if (rail < 0) {
+        const int n = robot.nominal.kind->n_chains;
+        return {true, n > 1, n > 2};
+      }
       directed[static_cast<std::size_t>(rail)] = true;
     }
   }
@@ -98,11 +114,13 @@ CompensationTable compensation_table(const RobotModel& robot, const TableRequest
   check(request);
   CompensationTable table{.directed = directed_rails(robot), .rows = {}};
   const auto directions = approaches(table.directed);
-  const Mechanism mechanism = robot.mechanism();
+  table.n_drives = robot.nominal.kind->n_chains;
+  const NominalMachine machine(robot.nominal);
   for (const double phi_rad : request.phi_rad) {
     for (Pose target : lattice(request.half_width_mm, request.step_mm)) {
       target.phi_rad = phi_rad;
-      const std::vector<TableRow> rows = rows_of(robot, mechanism, target, directions, request);
+      if (!moves_to(robot.nominal, target)) continue;
+      const std::vector<TableRow> rows = rows_of(robot, machine, target, directions, request);
       ++table.n_targets;
       table.n_unreachable += rows.empty() ? 1 : 0;
       table.rows.insert(table.rows.end(), rows.begin(), rows.end());
@@ -116,7 +134,10 @@ std::string table_csv(const CompensationTable& table) {
   for (std::size_t i = 0; i < kChains; ++i) {
     if (table.directed[i]) text += fmt::format(",approach_l{}", i + 1);
   }
-  text += ",cmd_l1_mm,cmd_l2_mm,cmd_l3_mm,correction_l1_mm,correction_l2_mm,correction_l3_mm\n";
+  for (const char* column : {"cmd", "correction"}) {
+    for (int i = 1; i <= table.n_drives; ++i) text += fmt::format(",{}_l{}_mm", column, i);
+  }
+  text += "\n";
   for (const TableRow& row : table.rows) {
     text += fmt::format("{:.6f},{:.6f},{:.7f}", row.target.x_mm, row.target.y_mm,
                         deg_from_rad(row.target.phi_rad));
@@ -124,7 +145,7 @@ std::string table_csv(const CompensationTable& table) {
       if (table.directed[i]) text += "," + direction_cell(row.approach[i]);
     }
     for (const Displacements& d : {row.cmd_mm, row.correction_mm}) {
-      text += fmt::format(",{:.6f},{:.6f},{:.6f}", d[0], d[1], d[2]);
+      for (int i = 0; i < table.n_drives; ++i) text += fmt::format(",{:.6f}", d[i]);
     }
     text += "\n";
   }

@@ -29,16 +29,22 @@ struct TableRow {
 struct CompensationTable {
   std::array<bool, kChains> directed = {};  // the commands depend on this rail's approach direction
   int n_targets = 0;                        // of the grid
-  int n_unreachable = 0;       // left out: out of reach, beyond a singularity or the stroke
+  int n_unreachable = 0;  // left out: out of reach, beyond a singularity or the stroke
+  int n_drives = kChains;
   std::vector<TableRow> rows;  // per target, every combination of the directed rails
 };
+
+/// Whether the coordinates that the machine does not move are at home in `target`.
+bool moves_to(const Machine& machine, const Pose& target);
+/// Whether every drive is within its stroke.
+bool within_limits(const Machine& machine, const Displacements& l_mm);
 
 /// Rails on which an effect of the model needs the direction of approach.
 std::array<bool, kChains> directed_rails(const RobotModel& robot);
 
-/// One row per target of the square lattice, orientation, and combination of approach directions
-/// that matters. Proof: under the model, each row reads its target to 1e-9 mm
-/// (stored_model_test.cpp).
+/// One row per target of the square lattice that the machine moves to, orientation, and combination
+/// of approach directions that matters. Proof: under the model, each row reads its target to 1e-9
+/// mm (stored_model_test.cpp).
 /// @throws InputError  a step or width that is not positive, more than a million rows
 CompensationTable compensation_table(const RobotModel& robot, const TableRequest& request);
 

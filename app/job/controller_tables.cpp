@@ -18,24 +18,22 @@ constexpr std::size_t kMostKnots = 10'000;  // a finer table, to judge the step 
 constexpr double kUm = 1000;
 
 /// The corrections at one target from one side; false when it can't be reached.
-bool add_samples(const Correction& correction, const Mechanism& mechanism,
+bool add_samples(const Correction& correction, const NominalMachine& machine,
                  const TableRequest& request, const Pose& target, int direction, Samples& samples) {
-  const InverseResult nominal = inverse(mechanism.geometry, target);
+  const InverseResult nominal = machine.drives(target);
   if (!nominal.ok()) return false;
-  const InverseResult at = commanded(correction, mechanism,
-                                     {.target = target,
-                                      .from_mm = nominal.l_mm,
-                                      .approach = {direction, direction, direction},
-                                      .epoch = request.epoch,
-                                      .time_s = request.time_s,
-                                      .temp_degc = request.temp_degc});
-  const Limits& limits = mechanism.limits;
-  if (!at.ok() || (at.l_mm.array() < limits.l_min_mm).any() ||
-      (at.l_mm.array() > limits.l_max_mm).any()) {
-    return false;
-  }
-  for (int i = 0; i < kChains; ++i) {
-    samples[static_cast<std::size_t>(i)].push_back({nominal.l_mm[i], at.l_mm[i] - nominal.l_mm[i]});
+  Move move{.target = target,
+            .from_mm = nominal.l_mm,
+            .epoch = request.epoch,
+            .time_s = request.time_s,
+            .temp_degc = request.temp_degc};
+  const auto n = static_cast<std::size_t>(machine.machine().kind->n_chains);
+  std::fill_n(move.approach.begin(), n, direction);
+  const InverseResult at = commanded(correction, machine, move);
+  if (!at.ok() || !within_limits(machine.machine(), at.l_mm)) return false;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    samples[i].push_back({nominal.l_mm[row], at.l_mm[row] - nominal.l_mm[row]});
   }
   return true;
 }
@@ -67,32 +65,34 @@ DriveTables tables_of(const std::vector<DriveSample>& up, const std::vector<Driv
 
 }  // namespace
 
-ControllerTables controller_tables(const Correction& correction, const Mechanism& mechanism,
+ControllerTables controller_tables(const Correction& correction, const NominalMachine& machine,
                                    const TableRequest& grid, double knot_mm) {
   ControllerTables tables;
+  const auto n = static_cast<std::size_t>(machine.machine().kind->n_chains);
   Samples up, down;
   for (const double phi_rad : grid.phi_rad) {
     for (Pose target : lattice(grid.half_width_mm, grid.step_mm)) {
       target.phi_rad = phi_rad;
+      if (!moves_to(machine.machine(), target)) continue;
       ++tables.n_targets;
       Samples both;
-      const bool reached = add_samples(correction, mechanism, grid, target, 1, both) &&
-                           add_samples(correction, mechanism, grid, target, -1, both);
+      const bool reached = add_samples(correction, machine, grid, target, 1, both) &&
+                           add_samples(correction, machine, grid, target, -1, both);
       tables.n_unreachable += reached ? 0 : 1;
-      for (std::size_t i = 0; reached && i < kChains; ++i) {
+      for (std::size_t i = 0; reached && i < n; ++i) {
         up[i].push_back(both[i][0]);
         down[i].push_back(both[i][1]);
       }
     }
   }
-  for (std::size_t i = 0; i < kChains; ++i) tables.drives[i] = tables_of(up[i], down[i], knot_mm);
+  for (std::size_t i = 0; i < n; ++i) tables.drives.push_back(tables_of(up[i], down[i], knot_mm));
   return tables;
 }
 
 std::vector<ControllerFile> linuxcnc_files(const ControllerTables& tables,
                                            const std::string& stem) {
   std::vector<ControllerFile> files;
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < tables.drives.size(); ++i) {
     const DriveTables& d = tables.drives[i];
     std::string text;
     for (std::size_t k = 0; k < d.forward.values_mm.size(); ++k) {
@@ -118,7 +118,7 @@ ControllerFile aerotech_file(const ControllerTables& tables, const std::string& 
       "' directions. Written from general knowledge of the form: hold it against the manual of "
       "the\n"
       "' controller before use.\n";
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < tables.drives.size(); ++i) {
     const DriveTables& d = tables.drives[i];
     text += fmt::format(
         ":START1D INAXIS={0} OUTAXIS={0} POSUNIT=METRIC CORUNIT=METRIC SAMPLEDIST={1:.6f} "
@@ -134,7 +134,7 @@ ControllerFile aerotech_file(const ControllerTables& tables, const std::string& 
 
 std::vector<std::string> table_words(const ControllerTables& tables, bool both_directions) {
   std::vector<std::string> words;
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < tables.drives.size(); ++i) {
     const DriveTables& d = tables.drives[i];
     words.push_back(fmt::format(
         "drive {}: the correction, {:.1f} um rms and {:.1f} um at most, is left by {:.1f} um rms "

@@ -20,16 +20,17 @@ struct DriveTables {
 };
 
 struct ControllerTables {
-  std::array<DriveTables, kChains> drives;
+  std::vector<DriveTables> drives;  // of the machine, in order
   int n_targets = 0, n_unreachable = 0;
 };
 
 inline constexpr std::size_t kLinuxCncKnots = 256;  // EMCMOT_COMP_SIZE of LinuxCNC 2.9
 
 /// Tables with knots every `knot_mm` of the displacements, fitted to the correction at the targets
-/// of `grid`, each approached with all rails growing and with all rails falling.
+/// of `grid` that the machine can go to (an axis: those on its line), each approached with all
+/// drives growing and with all drives falling.
 /// Proof: controller_tables_test.cpp. Throws InputError as fit_drive_table.
-ControllerTables controller_tables(const Correction& correction, const Mechanism& mechanism,
+ControllerTables controller_tables(const Correction& correction, const NominalMachine& machine,
                                    const TableRequest& grid, double knot_mm);
 
 /// A file, and what it is called.

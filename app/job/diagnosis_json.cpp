@@ -48,20 +48,22 @@ Json suspects_json(const StructureTest& test) {
   return all;
 }
 
-Json noise_json(const NoiseFloor& noise) {
-  Json json = {{"sigma_xy_mm", noise.used.xy_mm},
-               {"sigma_phi_deg", deg_from_rad(noise.used.phi_rad)},
-               {"rescaled", noise.rescaled},
-               {"robust", noise.robust},
-               {"correlation", noise.correlation}};
+/// Of phi only where it is measured.
+Json noise_json(const NoiseFloor& noise, bool turns) {
+  Json json = {{"sigma_xy_mm", noise.used.xy_mm}};
+  if (turns) json["sigma_phi_deg"] = deg_from_rad(noise.used.phi_rad);
+  json["rescaled"] = noise.rescaled;
+  json["robust"] = noise.robust;
+  json["correlation"] = noise.correlation;
   if (noise.stated.xy_mm > 0) {
     json["stated_xy_mm"] = noise.stated.xy_mm;
-    json["stated_phi_deg"] = deg_from_rad(noise.stated.phi_rad);
+    if (turns) json["stated_phi_deg"] = deg_from_rad(noise.stated.phi_rad);
   }
   if (noise.repeats) {
-    json["repeats"] = {{"sigma_xy_mm", noise.repeats->sigma.xy_mm},
-                       {"sigma_phi_deg", deg_from_rad(noise.repeats->sigma.phi_rad)},
-                       {"degrees_of_freedom", noise.repeats->degrees_of_freedom}};
+    Json repeats = {{"sigma_xy_mm", noise.repeats->sigma.xy_mm}};
+    if (turns) repeats["sigma_phi_deg"] = deg_from_rad(noise.repeats->sigma.phi_rad);
+    repeats["degrees_of_freedom"] = noise.repeats->degrees_of_freedom;
+    json["repeats"] = repeats;
   }
   return json;
 }
@@ -229,7 +231,7 @@ Json diagnosis_json(const Diagnosis& d, const Campaign& campaign) {
                {"verdict", to_string(d.verdict)},
                {"noise_floor_mm", d.noise.used.xy_mm},
                {"noise_source", to_string(d.noise.source)},
-               {"noise", noise_json(d.noise)},
+               {"noise", noise_json(d.noise, campaign.machine.measured[2])},
                {"readings", readings_json(campaign, d)},
                {"audit", audit_json(d.audit)},
                {"before", test_json(d.before)},
@@ -250,6 +252,7 @@ Json diagnosis_json(const Diagnosis& d, const Campaign& campaign) {
   json["structure"] = structure_json(d.structure);
   json["base_distance"] = base_json(d.base);
   json["gap"] = gap_json(d.gap);
+  if (d.gap_tried.size() > 0) json["gap_tried"] = gap_json(d.gap_tried);
   json["next_points"] = next_json(d.next);
   json["next_state"] = state_json(d.next.state);
   json["undecided"] = undecided_json(d.next);

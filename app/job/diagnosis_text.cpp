@@ -109,23 +109,26 @@ std::string far_text(const Json& d) {
                                         "they count less");
 }
 
+/// "0.0100 mm and 0.0040 deg"; without the angle where none is measured.
+std::string sizes(const Json& noise, const char* mm, const char* deg) {
+  std::string text = digits(noise[mm]) + " mm";
+  return noise.contains(deg) ? text + " and " + digits(noise[deg]) + " deg" : text;
+}
+
 std::string noise_text(const Json& d) {
   const std::string source = d["noise_source"];
   const Json& n = d["noise"];
-  std::string text =
-      fmt::format("a perfect model leaves {} mm and {} deg of a reading (1 sigma, from {})",
-                  digits(n["sigma_xy_mm"]), digits(n["sigma_phi_deg"]),
-                  source == "tracker"   ? "the tracker's statement"
-                  : source == "repeats" ? "repeated readings"
-                                        : "what the best model leaves");
+  std::string text = fmt::format("a perfect model leaves {} of a reading (1 sigma, from {})",
+                                 sizes(n, "sigma_xy_mm", "sigma_phi_deg"),
+                                 source == "tracker"   ? "the tracker's statement"
+                                 : source == "repeats" ? "repeated readings"
+                                                       : "what the best model leaves");
   if (n["rescaled"].get<bool>()) {
     const bool stated = n.contains("stated_xy_mm");
-    text += fmt::format(
-        "; {} {} mm and {} deg, but white residuals of another size are noise, not "
-        "structure",
-        stated ? "stated were" : "the repeats alone say",
-        digits(stated ? n["stated_xy_mm"] : n["repeats"]["sigma_xy_mm"]),
-        digits(stated ? n["stated_phi_deg"] : n["repeats"]["sigma_phi_deg"]));
+    text += fmt::format("; {} {}, but white residuals of another size are noise, not structure",
+                        stated ? "stated were" : "the repeats alone say",
+                        stated ? sizes(n, "stated_xy_mm", "stated_phi_deg")
+                               : sizes(n["repeats"], "sigma_xy_mm", "sigma_phi_deg"));
   }
   if (n["correlation"].get<double>() != 0) {
     text += fmt::format("; successive readings are correlated by {:.2f}, taken out before testing",
@@ -227,6 +230,21 @@ std::string rivals_text(const Json& d) {
 
 std::string rms(const Json& value) { return value.is_null() ? "-" : digits(value); }
 
+/// A model's line of the table; `model`: what it is called.
+std::string gap_row(const Json& g, const std::string& model) {
+  std::string closed;
+  if (g.contains("closed_share")) {
+    closed = fmt::format("{:.1f} %", 100 * g["closed_share"].get<double>());
+    if (g.contains("closed_interval_95")) {
+      closed +=
+          fmt::format(" (95 %: {:.1f} to {:.1f})", 100 * g["closed_interval_95"][0].get<double>(),
+                      100 * g["closed_interval_95"][1].get<double>());
+    }
+  }
+  return fmt::format("{}{:<25} {:>18} {:>18}   {}\n", kIndent, model, rms(g["identify_rms_mm"]),
+                     rms(g["validate_rms_mm"]), closed);
+}
+
 std::string gap_text(const Json& d) {
   const bool unseen = d["readings"]["validate"] > 0;
   std::string text = line("gap", "rms of measured - simulated per coordinate (x and y), mm");
@@ -234,18 +252,9 @@ std::string gap_text(const Json& d) {
       "{}model                     fitted (in-sample)  unseen (held-out)   share of the gap closed "
       "({})\n",
       kIndent, unseen ? "held-out" : "in-sample");
-  for (const Json& g : d["gap"]) {
-    std::string closed;
-    if (g.contains("closed_share")) {
-      closed = fmt::format("{:.1f} %", 100 * g["closed_share"].get<double>());
-      if (g.contains("closed_interval_95")) {
-        closed +=
-            fmt::format(" (95 %: {:.1f} to {:.1f})", 100 * g["closed_interval_95"][0].get<double>(),
-                        100 * g["closed_interval_95"][1].get<double>());
-      }
-    }
-    text += fmt::format("{}{:<25} {:>18} {:>18}   {}\n", kIndent, g["model"].get<std::string>(),
-                        rms(g["identify_rms_mm"]), rms(g["validate_rms_mm"]), closed);
+  for (const Json& g : d["gap"]) text += gap_row(g, g["model"].get<std::string>());
+  for (const Json& g : d.value("gap_tried", Json::array())) {
+    text += gap_row(g, g["model"].get<std::string>() + ", tried");
   }
   return text + fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent, "sigma per coordinate",
                             rms(d["noise_floor_mm"]), rms(d["noise_floor_mm"]));
@@ -274,7 +283,9 @@ std::string audit_text(const Json& d) {
 
 std::string approach_text(const Json& approach) {
   std::string text;
-  for (const Json& a : approach) text += a.get<int>() > 0 ? '+' : '-';
+  for (const Json& a : approach) {
+    text += a.get<int>() > 0 ? '+' : a.get<int>() < 0 ? '-' : '0';
+  }
   return text;
 }
 
@@ -294,7 +305,10 @@ std::string state_text(const Json& state) {
 
 std::string next_text(const Json& d) {
   std::string text;
+  std::vector<Json> told;  // each rail has its own entry, with the same words
   for (const Json& u : d["undecided"]) {
+    if (std::ranges::find(told, u) != told.end()) continue;
+    told.push_back(u);
     text += line(text.empty() ? "undecided" : "",
                  fmt::format("no point within reach {}; measure {}", u["what"].get<std::string>(),
                              u["instead"].get<std::string>()));

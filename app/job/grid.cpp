@@ -46,19 +46,19 @@ std::vector<double> turns_rad(const GridRequest& r, const std::vector<double>& o
   return all;
 }
 
-Plan optimal_of(const GridRequest& r, const std::string& name, const Mechanism& mechanism) {
-  return optimal_plan(mechanism, {.name = name,
-                                  .points = r.points.value_or(kOptimalPoints),
-                                  .criterion = r.criterion,
-                                  .effects = r.effects,
-                                  .sigma = r.sigma,
-                                  .half_width_mm = half_width_of(r),
-                                  .step_mm = r.step_mm.value_or(kOptimalStepMm),
-                                  .within = r.hull,
-                                  .orientations_rad = turns_rad(r, kOptimalOrientationsDeg),
-                                  .approach_mm = r.approach_mm,
-                                  .seed = static_cast<std::uint64_t>(r.seed),
-                                  .set = r.set})
+Plan optimal_of(const GridRequest& r, const std::string& name, const Machine& machine) {
+  return optimal_plan(machine, {.name = name,
+                                .points = r.points.value_or(kOptimalPoints),
+                                .criterion = r.criterion,
+                                .effects = r.effects,
+                                .sigma = r.sigma,
+                                .half_width_mm = half_width_of(r),
+                                .step_mm = r.step_mm.value_or(kOptimalStepMm),
+                                .within = r.hull,
+                                .orientations_rad = turns_rad(r, kOptimalOrientationsDeg),
+                                .approach_mm = r.approach_mm,
+                                .seed = static_cast<std::uint64_t>(r.seed),
+                                .set = r.set})
       .plan;
 }
 
@@ -211,7 +211,7 @@ GridRequest read_grid(Fields& fields) {
 
 GridPlan grid_plan(const GridRequest& r, const Machine& machine, bool only_safe) {
   const std::string name = r.name.empty() ? r.grid : r.name;
-  if (r.grid == "optimal") return {.plan = optimal_of(r, name, mechanism_of(machine))};
+  if (r.grid == "optimal") return {.plan = optimal_of(r, name, machine)};
   if (r.grid == "rail") {
     return {.plan = rail_plan(machine, {name, r.travel_mm, r.targets, r.runs, r.approach_mm})};
   }

@@ -19,7 +19,7 @@ std::vector<Pose> held_out_poses(const Fit& fit, const Campaign& campaign,
     const Correction correction = fit(training);
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (block[k] != out) continue;
-      const auto after = predicted_after(correction, mechanism_of(campaign.machine), rows[k]);
+      const auto after = predicted_after(correction, campaign.machine, rows[k]);
       if (!after) throw InputError({.what = "a corrected target is out of reach"});
       poses[k] = *after;
     }

@@ -137,9 +137,10 @@ std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& 
   for (const Reading& r : campaign.readings) {
     if (r.measured) measured.push_back(r);
   }
-  const auto all_after = predicted_after(correction, mechanism_of(campaign.machine), measured);
+  const auto all_after = predicted_after(correction, campaign.machine, measured);
   std::vector<Judged> points;
   points.reserve(measured.size());
+  const NominalMachine machine(campaign.machine);
   for (std::size_t k = 0; k < measured.size(); ++k) {
     const Reading& r = measured[k];
     if (!all_after[k]) {
@@ -151,7 +152,8 @@ std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& 
                       .set = r.set,
                       .epoch = r.conditions.epoch,
                       .standing = seen.standing(r),
-                      .point = {r.target, *r.measured, *all_after[k]}});
+                      .point = {r.target, machine.measured_else(*r.measured, r.target),
+                                machine.measured_else(*all_after[k], r.target)}});
   }
   return points;
 }
@@ -182,12 +184,13 @@ store::Summary stored(const Summary& s) {
   return {.mean = s.mean, .max = s.max, .min = s.min, .p95 = s.p95, .n = static_cast<int>(s.n)};
 }
 
-std::vector<store::Statistic> statistics(const std::vector<Judged>& judged) {
+std::vector<store::Statistic> statistics(const Machine& machine,
+                                         const std::vector<Judged>& judged) {
   std::vector<store::Statistic> all;
   for (const Standing standing : kStandings) {
     const std::vector<BeforeAfter> points = points_of(judged, standing);
     if (points.empty()) continue;
-    for (const Figure figure : {Figure::position_mm, Figure::attitude_deg}) {
+    for (const Figure figure : figures_of(machine)) {
       const Errors errors = errors_in(figure, points);
       all.push_back({set_of(standing),
                      figure == Figure::position_mm ? "position_mm" : "attitude_deg",
@@ -373,7 +376,7 @@ store::NewJob computed(const Inputs& in) {
   const Seen seen = seen_by_fit(in.loaded.campaign, in.held, is_one_set_up(in.parameters));
   auto [result, judged] = fitted_and_judged(in, seen);
   store::NewJob job = begun(in);
-  job.statistics = statistics(judged);
+  job.statistics = statistics(in.loaded.campaign.machine, judged);
   const Json gains = improvements(judged);
   std::vector<store::JobPoint> points;
   points.reserve(judged.size());

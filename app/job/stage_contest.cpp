@@ -11,6 +11,7 @@
 #include "core/diagnose/diagnose.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/judge/floor.hpp"
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
 #include "core/plane/blocks.hpp"
@@ -51,7 +52,7 @@ Json complete_contest(const Json& given) {
   return all;
 }
 
-std::vector<Candidate> candidates(const std::vector<std::string>& effects) {
+std::vector<Candidate> candidates(const Machine& machine, const std::vector<std::string>& effects) {
   std::vector<Candidate> all = {{"nominal", "", {}},
                                 {"lsq", "lsq", {}},
                                 {"geometry", "geometry", {}},
@@ -60,6 +61,10 @@ std::vector<Candidate> candidates(const std::vector<std::string>& effects) {
                                 {"rbf", "rbf", {}},
                                 {"rbf smooth", "rbf", {{"smooth", true}}},
                                 {"gp", "gp", {}}};
+  if (machine.kind->chain != &kPrrChain)
+    std::erase_if(all, [](const Candidate& c) {
+      return c.stage == "lsq";  // the paper's, of its kind of robot
+    });
   if (!effects.empty()) all.push_back({"geometry + effects", "geometry", {{"effects", effects}}});
   all.push_back({"hybrid", "hybrid", {{"effects", effects}, {"map", "always"}}});
   for (Candidate& c : all) {
@@ -84,9 +89,9 @@ Trial held_out(const Candidate& candidate, const Campaign& campaign,
   const std::vector<Pose> after =
       held_out_poses([&candidate](const Campaign& training) { return fitted(candidate, training); },
                      campaign, rows, block);
+  const MachineSolver machine(campaign.machine);
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const InverseResult l = inverse(mechanism_of(campaign.machine).geometry, after[k]);
-    const InverseResult wanted = inverse(mechanism_of(campaign.machine).geometry, rows[k].target);
+    const InverseResult l = machine.drives(after[k]), wanted = machine.drives(rows[k].target);
     if (!l.ok() || !wanted.ok()) throw InputError({.what = "a corrected target is out of reach"});
     trial.position_mm[k] = position_error_mm(after[k], rows[k].target);
     trial.left_mm.row(static_cast<Eigen::Index>(k)) = (l.l_mm - wanted.l_mm).transpose();
@@ -193,7 +198,7 @@ void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign&
   const NoiseLevel noise = noise_level(campaign);
   const double mean_mm = summarise(trials[picked].position_mm).mean;
   out.details["picked"] = trials[picked].candidate.name;
-  out.details["floor_mean_mm"] = noise_floor_mean_mm(noise.sigma.xy_mm);
+  out.details["floor_mean_mm"] = perfect_mean_mm(campaign.machine, noise.sigma.xy_mm);
   const auto left = dependences(trials[picked], rows);
   std::string depends;
   for (const auto& [name, share] : left) {
@@ -207,7 +212,7 @@ void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign&
       "rule: the least held-out mean, or the simplest (topmost) method whose 95 % "
       "interval of the paired difference to it holds zero");
   out.words.push_back(floor_verdict(mean_mm, trials[picked].position_mm.size(), noise.sigma.xy_mm,
-                                    noise.degrees_of_freedom));
+                                    noise.degrees_of_freedom, measured_places(campaign.machine)));
 }
 
 StageResult run_contest(const Campaign& campaign, const Json& parameters) {
@@ -235,7 +240,7 @@ StageResult run_contest(const Campaign& campaign, const Json& parameters) {
   Campaign fitted_rows = campaign;
   fitted_rows.readings = rows;
   std::vector<Trial> trials;
-  for (const Candidate& c : candidates(effect_names(fitted_rows, out))) {
+  for (const Candidate& c : candidates(campaign.machine, effect_names(fitted_rows, out))) {
     trials.push_back(tried(c, fitted_rows, rows, block));
     out.details["table"].push_back(row_json(trials.back(), rows));
     out.timing[c.name + "_s"] = trials.back().seconds;

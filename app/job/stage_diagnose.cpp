@@ -78,7 +78,8 @@ std::vector<std::string> notes_on(const Campaign& campaign) {
         "there are no validation readings: the gap is judged in-sample only, on the readings that "
         "were fitted");
   }
-  if (high_rad - low_rad < kOneOrientationRad) {
+  const bool turns = !campaign.machine.kind->has_point_platform();
+  if (turns && high_rad - low_rad < kOneOrientationRad) {
     notes.emplace_back(
         "all readings have one orientation: rail offsets, frame and reflector can't be told apart, "
         "and what turns the platform hardly shows");

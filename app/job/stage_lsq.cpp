@@ -85,9 +85,9 @@ std::string residual_words(const LsqResult& result) {
 }
 
 /// Figs. 7 and 8 in a sentence.
-std::string simulation_words(const Correction& correction, const Mechanism& mechanism,
+std::string simulation_words(const Correction& correction, const Machine& machine,
                              const std::vector<Reading>& rows) {
-  const SimulationScore s = simulation_score(simulated_errors(correction, mechanism, rows));
+  const SimulationScore s = simulation_score(simulated_errors(correction, machine, rows));
   return fmt::format(
       "forward kinematics with these values against the {} fitted readings: mean position error "
       "{:.4f} mm measured, {:.4f} mm simulated; their difference {:.4f} mm",
@@ -104,11 +104,17 @@ Correction correction_of(const LsqResult& result, const Mechanism& mechanism) {
 }
 
 StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
+  if (campaign.machine.kind->chain != &kPrrChain) {
+    throw InputError({.what = "lsq is the paper's least squares, of the 18 parameters of a 3-PRR",
+                      .got = std::string(campaign.machine.kind->name),
+                      .expected = "a campaign of a 3-PRR",
+                      .hint = "`trammel calibrate geometry` fits every kind of machine"});
+  }
   const NoiseLevel noise = noise_level(campaign);
   const LsqOptions options = options_of(parameters);
   std::vector<std::string> epoch_words;
   const std::vector<Reading> rows =
-      with_epochs(identify_rows(campaign), mechanism_of(campaign.machine),
+      with_epochs(identify_rows(campaign), campaign.machine,
                   parameters["epochs"].get<std::string>(), epoch_words);
   const LsqResult result = identify_repeated(mechanism_of(campaign.machine), rows, noise.sigma,
                                              options, parameters["steps"].get<int>());
@@ -142,7 +148,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
   out.words.insert(out.words.end(), epoch_words.begin(), epoch_words.end());
   out.words.push_back(weight_words(noise, options.attitude_weight));
   out.words.push_back(residual_words(result));
-  out.words.push_back(simulation_words(out.correction, mechanism_of(campaign.machine), rows));
+  out.words.push_back(simulation_words(out.correction, campaign.machine, rows));
   return out;
 }
 

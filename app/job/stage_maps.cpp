@@ -74,7 +74,7 @@ constexpr std::size_t kMostIdwSamples = 20000;  // every query looks at every sa
 StageResult run_idw(const Campaign& campaign, const Json& p) {
   StageResult out;
   const MapRows from = map_rows(campaign, p, out);
-  const auto samples = joint_samples(mechanism_of(campaign.machine), from.rows);
+  const auto samples = joint_samples(campaign.machine, from.rows);
   if (samples.size() > kMostIdwSamples) {
     throw InputError({.what = "there are too many readings for inverse distance weighting",
                       .got = std::to_string(samples.size()),
@@ -125,7 +125,7 @@ RbfTraining train(const std::vector<JointSample>& samples, const Json& p) {
 StageResult run_rbf(const Campaign& campaign, const Json& p) {
   StageResult out;
   const MapRows from = map_rows(campaign, p, out);
-  const auto samples = joint_samples(mechanism_of(campaign.machine), from.rows);
+  const auto samples = joint_samples(campaign.machine, from.rows);
   const RbfTraining training = train(samples, p);
   Json trials = Json::array();
   for (const SpreadTrial& t : training.trials) {

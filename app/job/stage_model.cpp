@@ -43,6 +43,10 @@ Json complete_model(const Json& given) {
   return all;
 }
 
+std::size_t n_drives(const Campaign& campaign) {
+  return static_cast<std::size_t>(campaign.machine.kind->n_chains);
+}
+
 /// Where the fit starts: nominal, with the effects that are to be fitted.
 RobotModel start_model(const Campaign& campaign, const Json& parameters, StageResult& out) {
   RobotModel model = nominal_model(campaign.machine);
@@ -54,8 +58,11 @@ RobotModel start_model(const Campaign& campaign, const Json& parameters, StageRe
       continue;
     }
     const Effect& effect = find_effect(name.get<std::string>());
-    Eigen::VectorXd values(static_cast<Eigen::Index>(effect.parameters.size()));
+    require_effect(effect, campaign.machine);
+    Eigen::VectorXd values =
+        Eigen::VectorXd::Zero(static_cast<Eigen::Index>(effect.parameters.size()));
     for (Eigen::Index k = 0; k < values.size(); ++k) {
+      if (!exists(effect, static_cast<int>(k), campaign.machine)) continue;
       values[k] = kSeed * effect.parameters[static_cast<std::size_t>(k)].usual_max;
     }
     model.effects.push_back({&effect, values});
@@ -201,9 +208,8 @@ double judged_chi2(const GeometryFit& fit, bool robust) {
 
 GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& out) {
   const NoiseLevel noise = noise_level(campaign);
-  const std::vector<Reading> rows =
-      with_epochs(identify_rows(campaign), mechanism_of(campaign.machine),
-                  parameters["epochs"].get<std::string>(), out.words);
+  const std::vector<Reading> rows = with_epochs(identify_rows(campaign), campaign.machine,
+                                                parameters["epochs"].get<std::string>(), out.words);
   const bool robust = parameters["robust"].get<bool>();
   const RobotModel start = start_model(campaign, parameters, out);
   GeometryFitOptions options{.huber = robust,
@@ -225,7 +231,7 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
       .parameters = names,
       .values = values,
       .covariance = scales.asDiagonal() * result.covariance * scales.asDiagonal(),
-      .n_geometry = kGeometryParameters,
+      .n_geometry = parameters_of(*campaign.machine.kind).size(),
       .goodness = goodness(judged_chi2(result, robust), result.dof, noise.degrees_of_freedom)};
   IdentificationReport told = identification_report(found);
   out.details = std::move(told.details);
@@ -233,7 +239,8 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
   out.details["converged"] = result.status == GeometryFit::Status::converged;
   out.details["iterations"] = result.iterations;
   out.details["damped_steps"] = result.damped;
-  out.details["equations"] = 3 * rows.size();
+  out.details["equations"] =
+      static_cast<std::size_t>(std::ranges::count(campaign.machine.measured, true)) * rows.size();
   out.details["weighted_rss"] = result.chi2;
   std::ranges::move(told.words, std::back_inserter(out.words));
   halves(result, rows, out);
@@ -336,12 +343,13 @@ Json complete_hybrid(const Json& given) {
 StageResult run_hybrid(const Campaign& campaign, const Json& parameters) {
   StageResult out;
   const std::vector<Reading> rows = identify_rows(campaign);
+  require_all_measured(campaign.machine);
   if (rows.size() > kMostGpSamples) {  // refused before the long fit
-    static_cast<void>(fit_gp(joint_samples(mechanism_of(campaign.machine), rows)));
+    static_cast<void>(fit_gp(joint_samples(campaign.machine, rows)));
   }
   const RobotModel model = model_under_map(campaign, parameters, out);
   const GpMap left = fit_gp(samples_left(model, rows));
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < n_drives(campaign); ++i) {
     const GpJoint& j = left.joints[i];
     out.words.push_back(fmt::format(
         "left for the map on joint {}: {:.4f} mm over {:.0f} mm, beside noise of {:.4f} mm", i + 1,
@@ -367,9 +375,9 @@ Json complete_gp(const Json& given) {
 StageResult run_gp(const Campaign& campaign, const Json& parameters) {
   StageResult out;
   const MapRows from = map_rows(campaign, parameters, out);
-  const GpMap map = fit_gp(joint_samples(mechanism_of(campaign.machine), from.rows));
+  const GpMap map = fit_gp(joint_samples(campaign.machine, from.rows));
   out.correction = MapCorrection{map, from.shifts};
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < n_drives(campaign); ++i) {
     const GpJoint& j = map.joints[i];
     out.details["joints"].push_back({{"joint", i + 1},
                                      {"length_mm", j.length_mm},

@@ -77,11 +77,11 @@ std::vector<Reading> identify_rows(const Campaign& campaign) {
   return rows;
 }
 
-std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mechanism,
+std::vector<Reading> with_epochs(std::vector<Reading> rows, const Machine& machine,
                                  const std::string& choice, std::vector<std::string>& words) {
   bool shared = choice == "shared";
   if (choice == "auto") {
-    const EpochTest test = test_epochs(mechanism, rows);
+    const EpochTest test = test_epochs(machine, rows);
     shared = test.hold;
     if (test.later_epochs > 0) {
       words.push_back(
@@ -103,10 +103,9 @@ std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mec
 }
 
 MapRows map_rows(const Campaign& campaign, const Json& parameters, StageResult& out) {
-  const std::vector<Reading> rows =
-      with_epochs(identify_rows(campaign), mechanism_of(campaign.machine),
-                  parameters["epochs"].get<std::string>(), out.words);
-  MapRows found{.rows = {}, .shifts = epoch_shifts(mechanism_of(campaign.machine), rows)};
+  const std::vector<Reading> rows = with_epochs(identify_rows(campaign), campaign.machine,
+                                                parameters["epochs"].get<std::string>(), out.words);
+  MapRows found{.rows = {}, .shifts = epoch_shifts(campaign.machine, rows)};
   found.rows = without_shifts(rows, found.shifts);
   for (const auto& [epoch, shift] : found.shifts) {
     const Pose& f = shift.frame;

@@ -50,7 +50,7 @@ std::vector<Reading> identify_rows(const Campaign& campaign);
 /// `rows` with the epochs that a fit gives parameters of their own: as recorded ("own"), one
 /// ("shared"), or one where the readings show no step between epochs ("auto", test_epochs); `words`
 /// get what was found where there is more than one.
-std::vector<Reading> with_epochs(std::vector<Reading> rows, const Mechanism& mechanism,
+std::vector<Reading> with_epochs(std::vector<Reading> rows, const Machine& machine,
                                  const std::string& choice, std::vector<std::string>& words);
 
 /// What a map is made of: the identify rows as they would have been in the first epoch, and the

@@ -64,7 +64,9 @@ void add_measured(store::Connection& connection, const store::CampaignRow& campa
           {reading.target, *reading.measured, *walk.visits[a].reading.measured});
     }
     for (const auto& [key, points] : sets) {
-      for (const Figure figure : {Figure::attitude_deg, Figure::position_mm}) {
+      std::vector<Figure> figures = figures_of(measured.campaign.machine);
+      std::ranges::reverse(figures);  // by name
+      for (const Figure figure : figures) {
         const Errors errors = errors_in(figure, points);
         table.rows.push_back(
             cells({.campaign = campaign,

@@ -20,6 +20,7 @@
 #include "core/calibrate/map_uncertainty.hpp"
 #include "core/calibrate/uncertainty.hpp"
 #include "core/judge/before_after.hpp"
+#include "core/judge/floor.hpp"
 #include "core/judge/range.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/screen.hpp"
@@ -64,8 +65,8 @@ ErrorTable table_of(const Comparison& c, Figure figure) {
   return table;
 }
 
-void add_tables(Report& report, const Comparison& c) {
-  for (const Figure figure : {Figure::position_mm, Figure::attitude_deg}) {
+void add_tables(Report& report, const Comparison& c, const Machine& machine) {
+  for (const Figure figure : figures_of(machine)) {
     ErrorTable table = table_of(c, figure);
     table.id = fmt::format("{}-{}-{}", table.method, table.before.n, table.figure);
     const bool taken =
@@ -139,7 +140,8 @@ void add_noise(Report& report, const Measured& measured) {
   try {
     const NoiseLevel noise = noise_level(measured.campaign);
     report.noise = noise.words;
-    report.floor_mean_mm = noise_floor_mean_mm(noise.sigma.xy_mm);
+    report.floor_mean_mm = perfect_mean_mm(measured.campaign.machine, noise.sigma.xy_mm);
+    if (!measured.campaign.machine.measured[2]) return;
     // The mean of |N(0, sigma)|.
     report.floor_mean_deg = deg_from_rad(noise.sigma.phi_rad) * std::sqrt(2 / kPi);
   } catch (const InputError& error) {
@@ -207,7 +209,7 @@ std::optional<double> model_u_mm(store::Connection& connection, const Measured& 
   const std::vector<Reading> fitted = job::identify_rows(trained);
   if (fitted.size() > kMostFieldSamples) return std::nullopt;
   const auto own = own_uncertainty(job::correction_of(c.job->data.result_json),
-                                   mechanism_of(measured.campaign.machine), fitted, sigma);
+                                   measured.campaign.machine, fitted, sigma);
   if (!own) return std::nullopt;
   const FittedRange range = fitted_range(fitted);
   double squares = 0;
@@ -278,7 +280,7 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
   std::map<const Group*, std::map<std::string, const Paired*>> held_out;
   const std::vector<Comparison> compared = comparisons(measured, groups, methods);
   for (const Comparison& c : compared) {
-    add_tables(report, c);
+    add_tables(report, c, measured.campaign.machine);
     if (c.job->data.stage == "lsq" && !is_by_name(*c.job)) {
       report.simulation.push_back(simulation_table(measured, c));
     }

@@ -30,10 +30,10 @@ std::vector<Pair> measured_pairs(const Measured& measured, const Group& group, s
 std::vector<Pair> predicted_pairs(const Measured& measured, const Group& group,
                                   const Correction& correction) {
   std::vector<Pair> pairs;
+  const NominalMachine machine(measured.campaign.machine);
   for (const Visit* before : group.visits) {
-    const auto after =
-        predicted_after(correction, mechanism_of(measured.campaign.machine), before->reading);
-    if (after) pairs.push_back({before, *after});
+    const auto after = predicted_after(correction, machine, before->reading);
+    if (after) pairs.push_back({before, machine.measured_else(*after, before->reading.target)});
   }
   return pairs;
 }
@@ -51,6 +51,12 @@ Measured load_measured(store::Connection& connection, const store::CampaignRow& 
   measured.held = store::held_epochs(connection, campaign.id);
   measured.walks = job::walks_of(connection, campaign.id, std::move(stored), loaded.exclusions);
   measured.campaign = std::move(loaded.campaign);
+  const NominalMachine machine(measured.campaign.machine);
+  for (Walk& walk : measured.walks) {  // what is not measured is no error
+    for (Visit& visit : walk.visits) {
+      visit.reading.measured = machine.measured_else(*visit.reading.measured, visit.reading.target);
+    }
+  }
   measured.exclusions = std::move(loaded.exclusions);
   return measured;
 }

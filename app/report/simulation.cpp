@@ -53,9 +53,8 @@ Json row_json(const SimulationRow& row) {
 SimulationTable simulation_table(const Measured& measured, const Comparison& comparison) {
   std::vector<Reading> readings;
   for (const Pair& pair : comparison.paired.pairs) readings.push_back(pair.before->reading);
-  const std::vector<SimulatedError> errors =
-      simulated_errors(job::correction_of(comparison.job->data.result_json),
-                       mechanism_of(measured.campaign.machine), readings);
+  const std::vector<SimulatedError> errors = simulated_errors(
+      job::correction_of(comparison.job->data.result_json), measured.campaign.machine, readings);
   const double width = ring_width_mm(errors);
   SimulationTable table{.standing = comparison.standing};
   for (double from = 0; from < 5 * width; from += width) {

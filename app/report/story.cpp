@@ -82,9 +82,11 @@ StoryRound round_of(const store::Job& job) {
   for (const Json& e : details.value("may_also_hold", Json::array())) {
     round.may_also_hold.emplace_back(e.at("name"), e.at("probability"));
   }
-  for (const Json& g : details.at("gap")) {
-    round.gap.push_back({g.at("model"), optional_number(g.at("identify_rms_mm")),
-                         optional_number(g.at("validate_rms_mm"))});
+  for (const char* chain : {"gap", "gap_tried"}) {  // the second only where something was tried
+    for (const Json& g : details.value(chain, Json::array())) {
+      round.gap.push_back({g.at("model"), optional_number(g.at("identify_rms_mm")),
+                           optional_number(g.at("validate_rms_mm")), chain != std::string("gap")});
+    }
   }
   return round;
 }
@@ -136,6 +138,7 @@ Json story_json(const std::vector<StoryRound>& story) {
       gap.push_back({{"model", g.model},
                      {"identify_rms_mm", number(g.identify_rms_mm)},
                      {"validate_rms_mm", number(g.validate_rms_mm)}});
+      if (g.tried) gap.back()["tried"] = true;
     }
     rounds.push_back({{"job", r.job_id},
                       {"job_key", r.job_key},

@@ -38,6 +38,7 @@ struct GapRow {
   std::string model = {};                      // "nominal", "geometry", "+backlash"
   std::optional<double> identify_rms_mm = {};  // in-sample
   std::optional<double> validate_rms_mm = {};  // held-out
+  bool tried = false;                          // unexplained: not added to the model
 };
 
 struct PointsOf {

@@ -46,15 +46,17 @@ std::string rivals_text(const StoryRound& round) {
   return text;
 }
 
+/// Four decimals, or three digits where these show less: of a stage of micrometres.
 std::string rms(const std::optional<double>& value) {
-  return value ? fmt::format("{:.4f}", *value) : "-";
+  if (!value) return "-";
+  return *value < 0.001 ? fmt::format("{:.3g}", *value) : fmt::format("{:.4f}", *value);
 }
 
 std::string gap_text(const StoryRound& round) {
   std::string text;
   for (const GapRow& g : round.gap) {
-    text += fmt::format("{}{} {} / {}", text.empty() ? "" : ", ", g.model, rms(g.identify_rms_mm),
-                        rms(g.validate_rms_mm));
+    text += fmt::format("{}{}{} {} / {}", text.empty() ? "" : ", ", g.tried ? "tried " : "",
+                        g.model, rms(g.identify_rms_mm), rms(g.validate_rms_mm));
   }
   return text;
 }

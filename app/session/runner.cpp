@@ -25,10 +25,7 @@ Displacements home_of(const Machine& machine) {
 }  // namespace
 
 InverseResult command_for(const Correction& correction, const Machine& machine, const Move& move) {
-  if (std::holds_alternative<NominalCorrection>(correction)) {
-    return MachineSolver(machine).drives(move.target);
-  }
-  return commanded(correction, mechanism_of(machine), move);
+  return commanded(correction, machine, move);
 }
 
 std::vector<Displacements> planned_commands(const Plan& plan, const Machine& machine,

@@ -12,6 +12,7 @@
 #include "core/measure/reading.hpp"
 #include "core/mechanism/forward.hpp"
 #include "core/mechanism/inverse.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 #include "core/model/robot_model.hpp"
 
 namespace trammel {
@@ -69,10 +70,11 @@ Move move_of(const Reading& reading);
 /// target; or the first chain that cannot. theta_rad are the link angles of the geometry that was
 /// solved. Proof: on the robot the correction believes in, the target is reached to 1e-9 mm
 /// (correction_test.cpp).
-InverseResult commanded(const Correction& correction, const Mechanism& mechanism, const Move& move);
+InverseResult commanded(const Correction& correction, const NominalMachine& machine,
+                        const Move& move);
 
 /// Pose that the tracker would read under `conditions` if the robot were as `correction` believes.
-ForwardResult believed(const Correction& correction, const Mechanism& mechanism,
+ForwardResult believed(const Correction& correction, const NominalMachine& machine,
                        const Conditions& conditions);
 
 /// What a model leaves of a reading, as joint errors: l(measured) - l(predicted), nominal inverse
@@ -90,11 +92,11 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
 /// fitted to. Nothing where the corrected robot cannot reach the target. Throws InputError where
 /// the reading has no measured pose or leaves the nominal reach. Proof: the exact robot under the
 /// corrected commands, backlash and short moves included (correction_test.cpp).
-std::optional<Pose> predicted_after(const Correction& correction, const Mechanism& mechanism,
+std::optional<Pose> predicted_after(const Correction& correction, const NominalMachine& machine,
                                     const Reading& reading);
 /// Of many readings, with what they share done once; the same bits.
 std::vector<std::optional<Pose>> predicted_after(const Correction& correction,
-                                                 const Mechanism& mechanism,
+                                                 const NominalMachine& machine,
                                                  std::span<const Reading> readings);
 
 }  // namespace trammel

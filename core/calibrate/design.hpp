@@ -8,6 +8,7 @@
 
 #include "core/calibrate/identifiability.hpp"
 #include "core/calibrate/parameters.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 #include "core/plan/plan.hpp"
 
 namespace trammel {
@@ -20,16 +21,17 @@ struct DesignModel {
   TrackerSigma sigma;
 };
 
-/// Throws InputError for sigmas that are not positive, NotFoundError for an unknown effect.
-DesignModel design_model(const Mechanism& mechanism, const TrackerSigma& sigma,
+/// Throws InputError for sigmas that are not positive and for an effect that the machine has not
+/// (require_effect), NotFoundError for an unknown one.
+DesignModel design_model(const NominalMachine& machine, const TrackerSigma& sigma,
                          const std::vector<std::string>& effects = {});
 
 /// Conditions of each reading a plan would bring: the nominal commands, and where each last move
 /// began (the stage starts at home). Throws InputError naming a point out of reach.
-std::vector<Conditions> expected_conditions(const Plan& plan, const Mechanism& mechanism);
+std::vector<Conditions> expected_conditions(const Plan& plan, const NominalMachine& machine);
 
 /// Conditions of a pose, reached by moves of `approach_mm` in the direction `approach`.
-Conditions conditions_at(const Mechanism& mechanism, const Pose& pose, const Approach& approach,
+Conditions conditions_at(const NominalMachine& machine, const Pose& pose, const Approach& approach,
                          double approach_mm);
 
 /// d reading / d z over the tracker's sigma (z in tolerances), shape (3 readings, parameters). An
@@ -53,8 +55,12 @@ struct PoseUncertainty {
 PoseUncertainty predicted_uncertainty(const DesignModel& design, const Eigen::MatrixXd& jacobian,
                                       std::span<const Pose> where);
 
-/// Poses of the paper's square, +-100 mm every 25 mm, at these orientations: where plans are
-/// compared.
-std::vector<Pose> comparison_poses(std::span<const double> orientations_rad);
+/// Poses of the square of +-half_width every quarter of it, at these orientations: where plans are
+/// compared. The paper's is +-100 mm.
+std::vector<Pose> comparison_poses(std::span<const double> orientations_rad,
+                                   double half_width_mm = 100);
+/// The same of those coordinates that the machine moves, where it reaches: the others at home.
+std::vector<Pose> comparison_poses(const NominalMachine& machine,
+                                   std::span<const double> orientations_rad, double half_width_mm);
 
 }  // namespace trammel

@@ -8,28 +8,45 @@
 
 namespace trammel {
 
-Eigen::Vector3d joint_error_mm(const RailFrames& nominal, const Reading& reading) {
+Eigen::Vector3d joint_error_mm(const NominalMachine& machine, const Reading& reading) {
   const auto point = [&] { return "seq " + std::to_string(reading.seq); };
   if (!reading.measured) {
     throw InputError({.what = "this reading has no measured pose", .where = {.point = point()}});
   }
-  const ChainsAtPose at = chains_at(nominal, reading.measured->vector());
-  if (!at.reached()) {
+  const InverseResult at = machine.chains(*reading.measured);
+  if (!at.ok()) {
     throw InputError({.what = "the measured pose is out of the nominal robot's reach",
                       .where = {.point = point()},
-                      .got = "chain " + std::to_string(at.missed + 1) + " cannot reach it",
+                      .got = "chain " + std::to_string(at.chain + 1) + " cannot reach it",
                       .hint = "exclude the reading with a reason if it is an outlier"});
   }
   return at.l_mm - reading.conditions.cmd_mm;
 }
 
-std::vector<JointSample> joint_samples(const Mechanism& mechanism,
+void require_all_measured(const NominalMachine& machine) {
+  if (machine.measures_all()) return;
+  std::string read, moved;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::string name = (read.empty() ? "" : ", ") + std::string(kCoordinateNames[c]);
+    if (machine.machine().measured[c]) read += name;
+    if (static_cast<int>(c) < machine.machine().kind->n_chains)
+      moved += (moved.empty() ? "" : ", ") + std::string(kCoordinateNames[c]);
+  }
+  throw InputError(
+      {.what = "a map of joint errors needs every coordinate that the machine moves",
+       .where = {.field = "measured"},
+       .got = read,
+       .expected = moved,
+       .hint = "`trammel calibrate geometry` and `trammel diagnose` fit what is measured"});
+}
+
+std::vector<JointSample> joint_samples(const NominalMachine& machine,
                                        std::span<const Reading> readings) {
   std::vector<JointSample> samples;
   samples.reserve(readings.size());
-  const RailFrames nominal = rail_frames(mechanism.geometry);
+  require_all_measured(machine);
   for (const Reading& r : readings) {
-    samples.push_back({r.target.x_mm, r.target.y_mm, joint_error_mm(nominal, r)});
+    samples.push_back({r.target.x_mm, r.target.y_mm, joint_error_mm(machine, r)});
   }
   return samples;
 }

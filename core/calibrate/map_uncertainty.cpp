@@ -5,8 +5,6 @@
 
 #include "core/error.hpp"
 #include "core/linear/decompositions.hpp"
-#include "core/mechanism/forward.hpp"
-#include "core/mechanism/velocity.hpp"
 
 namespace trammel {
 
@@ -108,17 +106,16 @@ Weights weights_at(const MapUncertainty& of, const GpMap& map, Place at) {
   return w;
 }
 
-Eigen::Matrix3d jacobian_at(const Mechanism& mechanism, const Reading& reading) {
-  const RailFrames rails = rail_frames(mechanism.geometry);
-  const ForwardResult at = forward(rails, reading.conditions.cmd_mm, reading.target);
-  if (at.ok()) return velocity_jacobian(velocity_equation(rails, at.at));
+Eigen::Matrix3d jacobian_at(const NominalMachine& machine, const Reading& reading) {
+  const MachineAt at = machine.at(reading.conditions.cmd_mm, reading.target, true);
+  if (at.ok()) return machine.invertible(at.J_V);
   throw InputError({.what = "the nominal robot cannot reach the displacements of a reading",
                     .where = {.point = "seq " + std::to_string(reading.seq)}});
 }
 
 }  // namespace
 
-MapUncertainty map_uncertainty(const JointMap& map, const Mechanism& mechanism,
+MapUncertainty map_uncertainty(const JointMap& map, const NominalMachine& machine,
                                std::span<const JointSample> samples,
                                std::span<const Reading> readings, const TrackerSigma& sigma) {
   TRAMMEL_ASSERT(samples.size() == readings.size());
@@ -127,7 +124,7 @@ MapUncertainty map_uncertainty(const JointMap& map, const Mechanism& mechanism,
   out.sigma_mm << sigma.xy_mm, sigma.xy_mm, kPhiLengthOfFieldMm * sigma.phi_rad;
   std::vector<JointSample> field = out.samples;
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    out.J_V.push_back(jacobian_at(mechanism, readings[k]));
+    out.J_V.push_back(jacobian_at(machine, readings[k]));
     field[k].error_mm = out.J_V[k] * samples[k].error_mm;
     field[k].error_mm[2] *= kPhiLengthOfFieldMm;
   }

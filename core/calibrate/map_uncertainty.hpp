@@ -8,6 +8,7 @@
 
 #include "core/calibrate/joint_map.hpp"
 #include "core/measure/reading.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 
 namespace trammel {
 
@@ -30,7 +31,7 @@ inline constexpr std::size_t kMostFieldSamples = 1000;
 /// Of a map made of `samples`, taken under the commands of `readings`, in their order. The field's
 /// length, size and noise are those of largest likelihood (gp.hpp). Throws InputError as fit_gp, or
 /// where the nominal robot cannot reach a command.
-MapUncertainty map_uncertainty(const JointMap& map, const Mechanism& mechanism,
+MapUncertainty map_uncertainty(const JointMap& map, const NominalMachine& machine,
                                std::span<const JointSample> samples,
                                std::span<const Reading> readings, const TrackerSigma& sigma);
 

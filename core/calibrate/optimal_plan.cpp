@@ -35,23 +35,33 @@ bool needs_direction(const DesignModel& design) {
   return false;
 }
 
-std::vector<Approach> approaches(bool directed) {
+std::vector<Approach> approaches(bool directed, int n_drives) {
   if (!directed) return {{0, 0, 0}};
   std::vector<Approach> all;
-  for (int k = 0; k < 8; ++k) all.push_back({k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1});
+  for (int k = 0; k < 1 << n_drives; ++k) {
+    Approach approach = {0, 0, 0};
+    for (int i = 0; i < n_drives; ++i) {
+      approach[static_cast<std::size_t>(i)] = (k >> i) % 2 == 1 ? 1 : -1;
+    }
+    all.push_back(approach);
+  }
   return all;
 }
 
-std::vector<Candidate> safe_candidates(const Mechanism& mechanism, const OptimalRequest& request,
+std::vector<Candidate> safe_candidates(const NominalMachine& machine, const OptimalRequest& request,
                                        bool directed) {
   std::vector<Candidate> all;
+  const int n = machine.machine().kind->n_chains;
+  const Pose& home = machine.machine().home;
   for (const double phi_rad : request.orientations_rad) {
+    if (n < 3 && phi_rad != home.phi_rad) continue;  // it does not turn
     for (Pose pose : lattice(request.half_width_mm, request.step_mm)) {
       if (!request.within.empty() && !inside(request.within, {pose.x_mm, pose.y_mm})) continue;
+      if (n < 2 && pose.y_mm != home.y_mm) continue;
       pose.phi_rad = phi_rad;
-      for (const Approach& approach : approaches(directed)) {
+      for (const Approach& approach : approaches(directed, n)) {
         const Plan one{"", request.approach_mm, {{.seq = 1, .target = pose, .approach = approach}}};
-        if (check(one, mechanism, request.check).empty()) all.push_back({pose, approach});
+        if (check(one, machine.machine(), request.check).empty()) all.push_back({pose, approach});
       }
     }
   }
@@ -194,13 +204,13 @@ void require_sensible(const OptimalRequest& request) {
 
 }  // namespace
 
-OptimalPlan optimal_plan(const Mechanism& mechanism, const OptimalRequest& request) {
+OptimalPlan optimal_plan(const NominalMachine& machine, const OptimalRequest& request) {
   require_sensible(request);
-  const DesignModel design = design_model(mechanism, request.sigma, request.effects);
-  const auto candidates = safe_candidates(mechanism, request, needs_direction(design));
+  const DesignModel design = design_model(machine, request.sigma, request.effects);
+  const auto candidates = safe_candidates(machine, request, needs_direction(design));
   std::vector<Conditions> conditions;
   for (const Candidate& c : candidates) {
-    conditions.push_back(conditions_at(mechanism, c.pose, c.approach, request.approach_mm));
+    conditions.push_back(conditions_at(machine, c.pose, c.approach, request.approach_mm));
   }
   const Eigen::MatrixXd J = design_jacobian(design, conditions);
   Random random = Random::stream(request.seed, "optimal plan");
@@ -218,7 +228,7 @@ OptimalPlan optimal_plan(const Mechanism& mechanism, const OptimalRequest& reque
   }
   result.at_end = exchange.value();
   result.plan = as_plan(request, candidates, exchange.chosen());
-  result.jacobian = design_jacobian(design, expected_conditions(result.plan, mechanism));
+  result.jacobian = design_jacobian(design, expected_conditions(result.plan, machine));
   return result;
 }
 

@@ -46,12 +46,13 @@ struct OptimalPlan {
 /// Chooses `points` of the candidates by exchange: from a seeded random start, each point in turn
 /// gives way to the candidate that serves the criterion best without it, until a whole pass gains
 /// nothing (Fedorov 1972, one point at a time). Candidates are all poses of the lattice at all
-/// orientations, approached from each of the eight combinations of directions where `effects` holds
-/// one that depends on it, else as it comes. E tries the candidates that stretch the weakest
-/// direction most. A point may be chosen twice: it is then a repeat. Ordered by the nearest next.
+/// orientations, approached from each combination of directions of the drives where `effects` holds
+/// one that depends on it, else as it comes. What a machine does not move stands at home. E tries
+/// the candidates that stretch the weakest direction most. A point may be chosen twice: it is then
+/// a repeat. Ordered by the nearest next.
 /// @throws InputError  no candidate is safe, fewer than 2 or more than 2000 points
 /// Proof: no single exchange improves the result, better than random and than paper-80
 /// (optimal_plan_test.cpp). Deterministic for a seed.
-OptimalPlan optimal_plan(const Mechanism& mechanism, const OptimalRequest& request);
+OptimalPlan optimal_plan(const NominalMachine& machine, const OptimalRequest& request);
 
 }  // namespace trammel

@@ -4,12 +4,11 @@
 
 #include "core/error.hpp"
 #include "core/judge/deviation.hpp"
-#include "core/mechanism/poses.hpp"
 
 namespace trammel {
 
 std::vector<SimulatedError> simulated_errors(const Correction& correction,
-                                             const Mechanism& mechanism,
+                                             const NominalMachine& machine,
                                              std::span<const Reading> readings) {
   std::vector<const Reading*> rows;
   std::vector<Displacements> cmd_mm;
@@ -24,21 +23,23 @@ std::vector<SimulatedError> simulated_errors(const Correction& correction,
     targets.push_back(r.target);
   }
   std::vector<std::size_t> missed;
-  const auto poses_of = [&](const Geometry& geometry) {
+  const auto poses_of = [&](const NominalMachine& robot) {
     std::vector<Pose> poses = targets;
-    const auto more = poses_at(rail_frames(geometry), cmd_mm, poses);
+    const auto more = robot.poses(cmd_mm, poses);
     missed.insert(missed.end(), more.begin(), more.end());
     return poses;
   };
-  const std::vector<Pose> nominal = poses_of(mechanism.geometry);
+  const std::vector<Pose> nominal = poses_of(machine);
   std::vector<Pose> simulated;
   if (const auto* identified = std::get_if<GeometryCorrection>(&correction)) {
-    simulated = poses_of(identified->geometry);
+    Machine built = machine.machine();
+    set_geometry(built, identified->geometry);
+    simulated = poses_of(built);
   } else if (std::holds_alternative<NominalCorrection>(correction)) {
     simulated = nominal;
   } else {
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      const ForwardResult at = believed(correction, mechanism, rows[k]->conditions);
+      const ForwardResult at = believed(correction, machine, rows[k]->conditions);
       if (!at.ok()) missed.push_back(k);
       simulated.push_back(at.pose);
     }
@@ -52,8 +53,9 @@ std::vector<SimulatedError> simulated_errors(const Correction& correction,
   std::vector<SimulatedError> errors;
   errors.reserve(rows.size());
   for (std::size_t k = 0; k < rows.size(); ++k) {
+    const Pose seen = machine.measured_else(*rows[k]->measured, simulated[k]);
     errors.push_back({.target = rows[k]->target,
-                      .measured = pose_difference(*rows[k]->measured, nominal[k]),
+                      .measured = pose_difference(seen, nominal[k]),
                       .simulated = pose_difference(simulated[k], nominal[k])});
   }
   return errors;

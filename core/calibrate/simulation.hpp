@@ -23,7 +23,7 @@ struct SimulatedError {
 /// command is out of the believed or the nominal robot's reach, naming the seq.
 /// Proof: on the robot itself simulated and measured agree to the noise (simulation_test.cpp).
 std::vector<SimulatedError> simulated_errors(const Correction& correction,
-                                             const Mechanism& mechanism,
+                                             const NominalMachine& machine,
                                              std::span<const Reading> readings);
 
 /// Lengths of the position errors in mm: as measured, as simulated, and of measured - simulated.

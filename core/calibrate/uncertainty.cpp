@@ -10,7 +10,6 @@
 #include "core/calibrate/map_uncertainty.hpp"
 #include "core/calibrate/model_uncertainty.hpp"
 #include "core/error.hpp"
-#include "core/mechanism/velocity.hpp"
 #include "core/statistics/limits.hpp"
 #include "core/units.hpp"
 
@@ -18,16 +17,17 @@ namespace trammel {
 
 namespace {
 
-/// k = 2 of a coordinate of place, both alike, and of phi.
-Expanded expanded(const Eigen::Vector3d& variance) {
-  return {.U_mm = 2 * std::sqrt(std::max((variance[0] + variance[1]) / 2, 0.0)),
+/// k = 2 of a coordinate of place, both alike where the machine has both, and of phi.
+Expanded expanded(const NominalMachine& machine, const Eigen::Vector3d& variance) {
+  const double places = std::min(machine.machine().kind->n_chains, 2);
+  return {.U_mm = 2 * std::sqrt(std::max((variance[0] + variance[1]) / places, 0.0)),
           .U_rad = 2 * std::sqrt(std::max(variance[2], 0.0))};
 }
 
 /// The conditions under which the corrected robot goes to the target of `reading`.
-Conditions corrected(const Correction& correction, const Mechanism& mechanism,
+Conditions corrected(const Correction& correction, const NominalMachine& machine,
                      const Reading& reading) {
-  const InverseResult at = commanded(correction, mechanism, move_of(reading));
+  const InverseResult at = commanded(correction, machine, move_of(reading));
   if (!at.ok()) {
     throw InputError({.what = "the corrected robot cannot reach a target",
                       .where = {.point = "seq " + std::to_string(reading.seq)}});
@@ -38,56 +38,56 @@ Conditions corrected(const Correction& correction, const Mechanism& mechanism,
 }
 
 /// J_V of the nominal robot at the target.
-Eigen::Matrix3d jacobian_of(const Mechanism& mechanism, const Reading& reading) {
-  const RailFrames rails = rail_frames(mechanism.geometry);
-  const ChainsAtPose at = chains_at(rails, reading.target.vector());
-  if (at.reached()) return velocity_jacobian(velocity_equation(rails, at));
+Eigen::Matrix3d jacobian_of(const NominalMachine& machine, const Reading& reading) {
+  if (machine.chains(reading.target).ok()) return machine.look(reading.target).J_V;
   throw InputError({.what = "the nominal robot cannot reach a target",
                     .where = {.point = "seq " + std::to_string(reading.seq)}});
 }
 
-Eigen::Vector3d map_variance(const MapUncertainty& known, const Mechanism& mechanism,
+Eigen::Vector3d map_variance(const MapUncertainty& known, const NominalMachine& machine,
                              const Reading& reading) {
   return pose_variance(known, {reading.target.x_mm, reading.target.y_mm},
-                       jacobian_of(mechanism, reading));
+                       jacobian_of(machine, reading));
 }
 
 PointUncertainty of_model(const Correction& correction, const RobotModel& model,
-                          const Mechanism& mechanism, std::span<const Reading> fitted,
+                          const NominalMachine& machine, std::span<const Reading> fitted,
                           const TrackerSigma& sigma) {
   const ModelUncertainty known = model_uncertainty(model, fitted, sigma);
   return {"the covariance of the fitted model and its lack of fit", [=](const Reading& reading) {
-            const Conditions at = corrected(correction, mechanism, reading);
-            return expanded(pose_covariance(known, at).diagonal());
+            const Conditions at = corrected(correction, machine, reading);
+            return expanded(machine, pose_covariance(known, at).diagonal());
           }};
 }
 
-std::optional<PointUncertainty> of_map(const MapCorrection& c, const Mechanism& mechanism,
+std::optional<PointUncertainty> of_map(const MapCorrection& c, const NominalMachine& machine,
                                        std::span<const Reading> fitted, const TrackerSigma& sigma) {
   if (fitted.size() > kMostFieldSamples) return std::nullopt;
   const std::vector<Reading> rows = without_shifts(fitted, c.epochs);
   const MapUncertainty known =
-      map_uncertainty(c.map, mechanism, joint_samples(mechanism, rows), rows, sigma);
+      map_uncertainty(c.map, machine, joint_samples(machine, rows), rows, sigma);
   return PointUncertainty{
       "what the map misses of a random field like its samples, and what no place explains",
-      [=](const Reading& reading) { return expanded(map_variance(known, mechanism, reading)); }};
+      [=](const Reading& reading) {
+        return expanded(machine, map_variance(known, machine, reading));
+      }};
 }
 
 std::optional<PointUncertainty> of_hybrid(const Correction& correction, const HybridCorrection& h,
-                                          const Mechanism& mechanism,
+                                          const NominalMachine& machine,
                                           std::span<const Reading> fitted,
                                           const TrackerSigma& sigma) {
   if (fitted.size() > kMostFieldSamples) return std::nullopt;
   ModelUncertainty model = model_uncertainty(h.model, fitted, sigma);
   model.lack_xy_mm = model.lack_phi_rad = 0;  // the map takes it, or counts it as unexplained
   const MapUncertainty left =
-      map_uncertainty(h.left, mechanism, samples_left(h.model, fitted), fitted, sigma);
+      map_uncertainty(h.left, machine, samples_left(h.model, fitted), fitted, sigma);
   return PointUncertainty{
       "the covariance of the fitted model, and what the map misses of what it leaves",
       [=](const Reading& reading) {
-        const Conditions at = corrected(correction, mechanism, reading);
-        return expanded(pose_covariance(model, at).diagonal() +
-                        map_variance(left, mechanism, reading));
+        const Conditions at = corrected(correction, machine, reading);
+        return expanded(
+            machine, pose_covariance(model, at).diagonal() + map_variance(left, machine, reading));
       }};
 }
 
@@ -167,22 +167,22 @@ double changed(double U, const Change& by) { return std::hypot(by.factor * U, 2 
 }  // namespace
 
 std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
-                                                const Mechanism& mechanism,
+                                                const NominalMachine& machine,
                                                 std::span<const Reading> fitted,
                                                 const TrackerSigma& sigma) {
   if (const auto* g = std::get_if<GeometryCorrection>(&correction)) {
-    RobotModel model = nominal_model(mechanism);
+    RobotModel model = nominal_model(machine.machine());
     set_geometry(model.machine, g->geometry);
-    return of_model(correction, model, mechanism, fitted, sigma);
+    return of_model(correction, model, machine, fitted, sigma);
   }
   if (const auto* m = std::get_if<ModelCorrection>(&correction)) {
-    return of_model(correction, m->model, mechanism, fitted, sigma);
+    return of_model(correction, m->model, machine, fitted, sigma);
   }
   if (const auto* m = std::get_if<MapCorrection>(&correction)) {
-    return of_map(*m, mechanism, fitted, sigma);
+    return of_map(*m, machine, fitted, sigma);
   }
   if (const auto* h = std::get_if<HybridCorrection>(&correction)) {
-    return of_hybrid(correction, *h, mechanism, fitted, sigma);
+    return of_hybrid(correction, *h, machine, fitted, sigma);
   }
   return std::nullopt;
 }

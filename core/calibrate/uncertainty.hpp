@@ -24,7 +24,7 @@ struct PointUncertainty {
 /// `fitted`: the readings it was fitted to. Throws InputError as those. Proof: coverage by
 /// simulation (uncertainty_test.cpp).
 std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
-                                                const Mechanism& mechanism,
+                                                const NominalMachine& machine,
                                                 std::span<const Reading> fitted,
                                                 const TrackerSigma& sigma);
 

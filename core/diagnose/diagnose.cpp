@@ -23,7 +23,7 @@ void require_enough(const Work& w) {
                     .expected = "at least " +
                                 std::to_string((parameters + 9 + coordinates - 1) / coordinates) +
                                 " for " + std::to_string(parameters) + " parameters of the base",
-                    .hint = "measure more points, or use 'calibrate lsq'"});
+                    .hint = "measure more points; 'calibrate geometry' fits what there is"});
 }
 
 void require_resolved(const DiagnoseOptions& options) {

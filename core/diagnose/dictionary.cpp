@@ -53,6 +53,22 @@ class Builder {
     return r;
   }
 
+  /// Between two neighbouring values that differ, mm.
+  [[nodiscard]] double smallest_gap(const Scalar& f) const {
+    constexpr double kOneNodeMm = 1e-3;
+    std::vector<double> values;
+    for (std::size_t i = 0; i < space_.readings.size(); ++i) {
+      values.push_back(f(space_.readings[i], space_.predictions[i].moment));
+    }
+    std::ranges::sort(values);
+    double smallest = INFINITY;
+    for (std::size_t i = 1; i < values.size(); ++i) {
+      const double gap = values[i] - values[i - 1];
+      if (gap > kOneNodeMm) smallest = std::min(smallest, gap);
+    }
+    return std::isfinite(smallest) ? smallest : 0;
+  }
+
   [[nodiscard]] bool all_have(bool (*has)(const Conditions&)) const {
     return std::all_of(space_.readings.begin(), space_.readings.end(),
                        [&](const Reading& r) { return has(r.conditions); });
@@ -219,11 +235,15 @@ std::vector<double> periods_mm(double lead_mm, double range_mm) {
   return periods;
 }
 
+/// Waves shorter than two of the nodes on which a rail was read are, there, longer ones: a stage
+/// that was measured every 30 mm says nothing of what repeats every 5.
 void add_periodic_shapes(Builder& builder) {
   for (int rail = 0; rail < builder.rails(); ++rail) {
-    const Range range =
-        builder.range([rail](const Reading&, const Moment& m) { return m.l_mm[rail]; });
+    const Scalar l = [rail](const Reading&, const Moment& m) { return m.l_mm[rail]; };
+    const Range range = builder.range(l);
+    const double shortest_mm = 2 * builder.smallest_gap(l);
     for (const double period : periods_mm(builder.lead_mm(rail), range.width())) {
+      if (period < shortest_mm) continue;
       const auto wave = [=](bool sine) -> Scalar {
         return [=](const Reading&, const Moment& m) {
           const double turn = 2 * kPi * m.l_mm[rail] / period;

@@ -39,13 +39,8 @@ struct Visit {
 /// needs is kept free, as is a wider margin to singularities than a plan must have.
 bool safe(const Machine& machine, const Pose& pose, double approach_mm) {
   const double margin_mm = approach_mm + CheckOptions{}.limit_margin_mm;
-  if (machine.kind->chain != &kPrrChain) {
-    const Reach at = reach(machine, pose);
-    return at.ok() && at.stroke_left_mm >= margin_mm && at.singularity.margin() >= kSafeMargin;
-  }
   const Plan one{"", approach_mm, {{.seq = 1, .target = pose}}};
-  return check(one, mechanism_of(machine),
-               {.limit_margin_mm = margin_mm, .singularity_margin = kSafeMargin})
+  return check(one, machine, {.limit_margin_mm = margin_mm, .singularity_margin = kSafeMargin})
       .empty();
 }
 

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
+#include <optional>
+#include <utility>
 
 #include "core/diagnose/naming.hpp"
 #include "core/diagnose/noise_floor.hpp"
 #include "core/diagnose/plausible.hpp"
 #include "core/diagnose/unnamed.hpp"
+#include "core/statistics/tail.hpp"
 
 namespace trammel {
 
@@ -108,13 +112,44 @@ double chi2_of_unseen(const Work& w, const RobotModel& model) {
   return sum;
 }
 
+/// The reversal that stands out most of what `model` leaves at the targets which runs reach from
+/// both sides: in runs up and down, one that differs from target to target looks like noise that
+/// alternates, and only its place gives it away. Nothing where chance would leave as much in
+/// `inadequate` of campaigns (Student's t at each target, times the number of targets).
+std::optional<Finding> reversal_left(const Work& w, const RobotModel& model) {
+  std::vector<Reading> left;  // target and what the model leaves there
+  for (Reading r : w.readings) {
+    const Prediction at = predict(model, r.conditions);
+    if (!at.ok()) continue;
+    r.measured = Pose::from(r.target.vector() + r.measured->vector() - at.pose.vector());
+    left.push_back(std::move(r));
+  }
+  const std::vector<AtTarget> all = reversals_by_target(w.campaign.machine, left);
+  std::optional<Finding> most;
+  for (const AtTarget& at : all) {
+    const double t = at.reversal_mm / at.reversal_std_mm;
+    const double p = student_tail(t, at.readings - 3);
+    if (!(p * static_cast<double>(all.size()) <= w.options.inadequate)) continue;
+    if (most && most->p <= p) continue;
+    char when[160];
+    std::snprintf(when, sizeof when,
+                  "its reversal differs from target to target: %+.2f +- %.2f um are left at %g mm",
+                  1000 * at.reversal_mm, 1000 * at.reversal_std_mm, at.target_mm);
+    most = {drive_name(w.campaign.machine, at.chain), when, p, t * t, 1};
+  }
+  return most;
+}
+
 /// Why the named set can't stand: what it leaves, or what explains more; nothing when it can.
 std::vector<Finding> objections(const Work& w, const Naming& n) {
+  std::vector<Finding> found;
+  if (const auto reversal = reversal_left(w, w.out.fit.model)) found.push_back(*reversal);
   if (!n.best.usual) {
-    return {{drives_name(*w.space.machine.kind),
-             "named effects need a sign that they can't have (an overshoot is no backlash)",
-             chi2_tail(n.best.gain, n.best.parameters), n.best.gain, n.best.parameters}};
+    found.push_back({drives_name(*w.space.machine.kind),
+                     "named effects need a sign that they can't have (an overshoot is no backlash)",
+                     chi2_tail(n.best.gain, n.best.parameters), n.best.gain, n.best.parameters});
   }
+  if (!found.empty()) return found;
   if (w.out.base.implausible()) {
     return {
         {"the base", in_words(w.out.base), w.out.base.p, w.out.base.chi2, w.out.base.directions}};
@@ -199,6 +234,8 @@ void decide(Work& w, std::vector<Tie>& ties) {
   out.fit = w.base;
   out.base = base_distance(out.fit);
   if (out.before.family_p > w.options.false_alarm) {
+    if (const auto reversal = reversal_left(w, w.base.model))
+      return leave_unexplained(w, {*reversal});
     out.verdict = out.effects.empty() ? Verdict::nothing_missing : Verdict::explained;
     return;
   }

@@ -8,6 +8,11 @@
 
 namespace trammel {
 
+std::vector<Figure> figures_of(const Machine& machine) {
+  if (!machine.measured[2]) return {Figure::position_mm};
+  return {Figure::position_mm, Figure::attitude_deg};
+}
+
 double error_in(Figure figure, const Pose& pose, const Pose& target) {
   return figure == Figure::position_mm ? position_error_mm(pose, target)
                                        : deg_from_rad(attitude_error_rad(pose, target));

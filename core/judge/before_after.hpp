@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/mechanism/machine.hpp"
 #include "core/mechanism/pose.hpp"
 #include "core/statistics/summary.hpp"
 
@@ -18,6 +19,9 @@ struct BeforeAfter {
 };
 
 enum class Figure { position_mm, attitude_deg };
+
+/// Position, and attitude where it is measured.
+std::vector<Figure> figures_of(const Machine& machine);
 
 /// How far a pose is from its target, in the unit of the figure.
 double error_in(Figure figure, const Pose& pose, const Pose& target);

@@ -40,6 +40,18 @@ std::optional<double> recorded_spread_k(const Campaign& campaign) {
   return (*high - *low) / 2;
 }
 
+/// What grows where the budget states no length: from O_A to the end of the first rail of a 3-PRR,
+/// else the longest stroke.
+double longest_mm(const Machine& machine) {
+  if (machine.kind->chain == &kPrrChain) return geometry_of(machine).chains.front().R_mm;
+  double longest = 0;
+  for (int i = 0; i < machine.kind->n_chains; ++i) {
+    const Limits& limits = machine.drives[static_cast<std::size_t>(i)].limits;
+    longest = std::max(longest, limits.l_max_mm - limits.l_min_mm);
+  }
+  return longest;
+}
+
 BudgetRow temperature_row(const Campaign& campaign, const BudgetFacts& facts) {
   const auto recorded = recorded_spread_k(campaign);
   const double spread = recorded.value_or(1.0);
@@ -48,8 +60,7 @@ BudgetRow temperature_row(const Campaign& campaign, const BudgetFacts& facts) {
                          campaign.simulated, true);
   row.unit = "K";
   const double alpha = facts.alpha_per_k.value_or(12e-6);
-  row.sensitivity =
-      alpha * facts.length_mm.value_or(mechanism_of(campaign.machine).geometry.chains.front().R_mm);
+  row.sensitivity = alpha * facts.length_mm.value_or(longest_mm(campaign.machine));
   if (!facts.alpha_per_k && row.value > 0) row.source += "; alpha of steel assumed";
   return row;
 }

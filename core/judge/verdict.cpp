@@ -10,12 +10,16 @@
 
 namespace trammel {
 
-PerfectMean perfect_mean(std::size_t n, double sigma_xy_mm, int noise_degrees) {
+PerfectMean perfect_mean(std::size_t n, double sigma_xy_mm, int noise_degrees, int coordinates) {
   constexpr int kFewestDegrees = 3;  // below it an estimated sigma bounds nothing
-  const double count = static_cast<double>(n), mean = noise_floor_mean_mm(1);
-  const double skewness = 2 * std::sqrt(kPi) * (kPi - 3) / std::pow(4 - kPi, 1.5);  // 0.631
-  const double v = (2 - kPi / 2) / count;
-  const double v_sigma = noise_degrees > 0 ? 0.25 / std::max(kFewestDegrees, noise_degrees) : 0.0;
+  const double count = static_cast<double>(n);
+  const bool one = coordinates == 1;
+  const double mean = one ? std::sqrt(2 / kPi) : noise_floor_mean_mm(1);
+  const double skewness = one ? std::sqrt(2.0) * (4 - kPi) / std::pow(kPi - 2, 1.5)       // 0.995
+                              : 2 * std::sqrt(kPi) * (kPi - 3) / std::pow(4 - kPi, 1.5);  // 0.631
+  const double v = (one ? 1 - 2 / kPi : 2 - kPi / 2) / count;
+  const double v_sigma =
+      noise_degrees > 0 ? 0.5 / coordinates / std::max(kFewestDegrees, noise_degrees) : 0.0;
   const double z = normal_limit(2 * kFalseFloor);
   const double bend = skewness / std::sqrt(count) * (z * z - 1) / 6 * std::sqrt(v);
   // (c - mean)^2 = z^2 (v + c^2 v_sigma)
@@ -26,8 +30,9 @@ PerfectMean perfect_mean(std::size_t n, double sigma_xy_mm, int noise_degrees) {
           .high_mm = sigma_xy_mm * ((mean + root) / a + bend)};
 }
 
-std::string floor_verdict(double mean_mm, std::size_t n, double sigma_xy_mm, int noise_degrees) {
-  const PerfectMean perfect = perfect_mean(n, sigma_xy_mm, noise_degrees);
+std::string floor_verdict(double mean_mm, std::size_t n, double sigma_xy_mm, int noise_degrees,
+                          int coordinates) {
+  const PerfectMean perfect = perfect_mean(n, sigma_xy_mm, noise_degrees, coordinates);
   char expected[120], text[320];
   std::snprintf(expected, sizeof expected,
                 "%.4f mm (%.4f to %.4f for n = %zu, but for 1 in 100 on each side)",

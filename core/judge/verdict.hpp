@@ -19,11 +19,14 @@ struct PerfectMean {
   double mean_mm = 0;  // mean length of a perfect reading
   double low_mm = 0, high_mm = 0;
 };
-PerfectMean perfect_mean(std::size_t n, double sigma_xy_mm, int noise_degrees);
+/// Of one coordinate, an axis, the lengths are those of |N(0, sigma)|: mean sqrt(2 / pi), variance
+/// 1 - 2 / pi, skewness 0.995.
+PerfectMean perfect_mean(std::size_t n, double sigma_xy_mm, int noise_degrees, int coordinates = 2);
 
 /// A mean of n errors of position beside that of a perfect robot: "at the floor: 0.0130 mm …",
 /// "12.3 um unexplained beyond …": sqrt(mean^2 - floor^2), or that it is below what any robot
 /// reads. Precondition: n > 0, sigma_xy_mm > 0. Proof: verdict_test.cpp.
-std::string floor_verdict(double mean_mm, std::size_t n, double sigma_xy_mm, int noise_degrees);
+std::string floor_verdict(double mean_mm, std::size_t n, double sigma_xy_mm, int noise_degrees,
+                          int coordinates = 2);
 
 }  // namespace trammel

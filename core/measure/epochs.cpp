@@ -9,8 +9,6 @@
 #include "core/error.hpp"
 #include "core/linear/decompositions.hpp"
 #include "core/linear/least_squares.hpp"
-#include "core/mechanism/forward.hpp"
-#include "core/mechanism/velocity.hpp"
 #include "core/statistics/limits.hpp"
 #include "core/units.hpp"
 
@@ -84,20 +82,21 @@ Left left_by(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
   return left;
 }
 
-ForwardResult nominal_pose(const RailFrames& rails, const Reading& reading) {
-  ForwardResult at = forward(rails, reading.conditions.cmd_mm, reading.target);
+/// Where the nominal machine stands under the command.
+MachineAt nominal_pose(const NominalMachine& machine, const Reading& reading, bool with_jacobian) {
+  MachineAt at = machine.at(reading.conditions.cmd_mm, reading.target, with_jacobian);
   if (at.ok()) return at;
   throw InputError({.what = "the commanded displacements are out of the nominal robot's reach",
                     .where = {.point = "seq " + std::to_string(reading.seq)}});
 }
 
-/// measured - forward(cmd), shape (n, 3).
-Eigen::MatrixXd deviations(const Mechanism& mechanism, std::span<const Reading> readings) {
+/// measured - forward(cmd), shape (n, 3); 0 in coordinates that are not measured.
+Eigen::MatrixXd deviations(const NominalMachine& machine, std::span<const Reading> readings) {
   Eigen::MatrixXd d(static_cast<Eigen::Index>(readings.size()), 3);
-  const RailFrames rails = rail_frames(mechanism.geometry);
   for (std::size_t j = 0; j < readings.size(); ++j) {
+    const Pose stands = nominal_pose(machine, readings[j], false).pose;
     Eigen::Vector3d step =
-        readings[j].measured->vector() - nominal_pose(rails, readings[j]).pose.vector();
+        machine.measured_else(*readings[j].measured, stands).vector() - stands.vector();
     step[2] = std::remainder(step[2], 2 * kPi);
     d.row(static_cast<Eigen::Index>(j)) = step.transpose();
   }
@@ -155,18 +154,17 @@ constexpr double kPrior[kShift] = {0.1, 0.1, 0.1, 1, 1, 0.01};  // mm, mm, rad
 
 /// What a shift does to each coordinate of the readings of its epoch: three blocks of shape (n,
 /// kShift epochs).
-std::array<Eigen::MatrixXd, 3> shift_columns(const Mechanism& mechanism, const Measured& m) {
+std::array<Eigen::MatrixXd, 3> shift_columns(const NominalMachine& machine, const Measured& m) {
   const auto n = static_cast<Eigen::Index>(m.readings.size());
   std::array<Eigen::MatrixXd, 3> columns;
   columns.fill(Eigen::MatrixXd::Zero(n, kShift * static_cast<Eigen::Index>(m.later_epochs.size())));
-  const RailFrames rails = rail_frames(mechanism.geometry);
   for (Eigen::Index j = 0; j < n; ++j) {
     const Reading& r = m.readings[static_cast<std::size_t>(j)];
     const auto epoch = m.later_epochs.find(r.conditions.epoch);
     if (epoch == m.later_epochs.end()) continue;
-    const ForwardResult at = nominal_pose(rails, r);
+    const MachineAt at = nominal_pose(machine, r, true);
     Eigen::Matrix<double, 3, kShift> by;
-    by.leftCols<3>() = velocity_jacobian(velocity_equation(rails, at.at));
+    by.leftCols<3>() = at.J_V;
     by.rightCols<3>() << 1, 0, -at.pose.y_mm, 0, 1, at.pose.x_mm, 0, 0, 1;
     const auto first = kShift * std::distance(m.later_epochs.begin(), epoch);
     for (int c = 0; c < 3; ++c) {
@@ -194,7 +192,7 @@ Pose out_of_frame(const Pose& frame, const Pose& pose) {
   return in_frame({0, 0, -frame.phi_rad}, moved);
 }
 
-EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readings) {
+EpochTest test_epochs(const NominalMachine& machine, std::span<const Reading> readings) {
   const Measured m = measured_of(readings);
   const std::vector<Reading>& measured = m.readings;
   EpochTest test{.later_epochs = static_cast<int>(m.later_epochs.size())};
@@ -212,9 +210,10 @@ EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readi
     }
     ++column;
   }
-  const Eigen::MatrixXd d = deviations(mechanism, measured);
+  const Eigen::MatrixXd d = deviations(machine, measured);
   test.hold = true;
   for (int c = 0; c < 3; ++c) {
+    if (!machine.machine().measured[static_cast<std::size_t>(c)]) continue;
     const Left none = left_by(smooth.columns, d.col(c)), steps = left_by(A, d.col(c));
     const int more = steps.rank - none.rank, freedom = n - steps.rank;
     if (more <= 0 || freedom <= 0) continue;
@@ -227,19 +226,20 @@ EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readi
   return test;
 }
 
-EpochShifts epoch_shifts(const Mechanism& mechanism, std::span<const Reading> readings) {
+EpochShifts epoch_shifts(const NominalMachine& machine, std::span<const Reading> readings) {
   const Measured m = measured_of(readings);
   if (m.later_epochs.empty()) return {};
   const Smooth smooth = smooth_of(m.readings);
   const Eigen::MatrixXd basis = orthonormal_basis(smooth.columns, kRankShare);
-  const Eigen::MatrixXd d = deviations(mechanism, m.readings);
-  const auto columns = shift_columns(mechanism, m);
+  const Eigen::MatrixXd d = deviations(machine, m.readings);
+  const auto columns = shift_columns(machine, m);
   const Eigen::Index n = d.rows(), unknown = columns[0].cols();
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknown, unknown);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(unknown);
   for (Eigen::Index k = 0; k < unknown; ++k)
     normal(k, k) = 1 / (kPrior[k % kShift] * kPrior[k % kShift]);
   for (Eigen::Index c = 0; c < 3; ++c) {
+    if (!machine.machine().measured[static_cast<std::size_t>(c)]) continue;
     const Eigen::MatrixXd& shifts = columns[static_cast<std::size_t>(c)];
     Eigen::MatrixXd all(n, smooth.columns.cols() + unknown);
     all << smooth.columns, shifts;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/measure/reading.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 
 namespace trammel {
 
@@ -40,7 +41,7 @@ struct EpochTest {
 /// that an error it cannot follow hides a step rather than feigns one. Readings without a pose are
 /// left out. Throws InputError where a command is out of reach. Proof: false alarms, and steps of
 /// 0.05 mm found, over made campaigns (epochs_test.cpp).
-EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readings);
+EpochTest test_epochs(const NominalMachine& machine, std::span<const Reading> readings);
 
 /// Shift of each epoch after the first, beside the smooth error of test_epochs, for methods without
 /// a model of their own:
@@ -50,7 +51,7 @@ EpochTest test_epochs(const Mechanism& mechanism, std::span<const Reading> readi
 /// weak prior of a set-up decides (joint zeros 0.1 mm, frame 1 mm and 10 mrad). Throws as
 /// test_epochs. Proof: shifts put into made campaigns, and maps made under them (epochs_test.cpp,
 /// epochs_of_methods_test.cpp).
-EpochShifts epoch_shifts(const Mechanism& mechanism, std::span<const Reading> readings);
+EpochShifts epoch_shifts(const NominalMachine& machine, std::span<const Reading> readings);
 
 /// The readings as they would have been in the first epoch: out of their frames, from their joint
 /// zeros.

@@ -60,6 +60,19 @@ bool exists(const Effect& effect, const Machine& machine) {
   return false;
 }
 
+void require_effect(const Effect& effect, const Machine& machine) {
+  if (exists(effect, machine)) return;
+  std::string names;
+  for (const Effect& e : effect_catalogue()) {
+    if (exists(e, machine)) names += (names.empty() ? "" : ", ") + e.name;
+  }
+  throw InputError({.what = "a machine of kind " + std::string(machine.kind->name) +
+                            " has nothing that this effect acts on",
+                    .where = {.field = "effects"},
+                    .got = effect.name,
+                    .expected = "one of " + names});
+}
+
 Deviation& Deviation::operator+=(const Deviation& other) {
   dl_mm += other.dl_mm;
   dh_mm += other.dh_mm;

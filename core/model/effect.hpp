@@ -84,6 +84,8 @@ struct Effect {
 /// tests/core/model/effects_of_machines_test.cpp.
 bool exists(const Effect& effect, int k, const Machine& machine);
 bool exists(const Effect& effect, const Machine& machine);
+/// Throws InputError that lists the effects which the machine has, unless this is one.
+void require_effect(const Effect& effect, const Machine& machine);
 
 /// What the effect does on these drives or guides (from 0), in the machine's words: "the x axis is
 /// bent: y errs with the square of x"; of most machines the effect's own sentence. Proof: as

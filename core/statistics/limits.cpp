@@ -6,6 +6,8 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "core/statistics/tail.hpp"
+
 namespace trammel {
 
 namespace math = boost::math;
@@ -14,6 +16,10 @@ double normal_limit(double p) { return math::quantile(math::complement(math::nor
 
 double student_limit(double p, double degrees) {
   return math::quantile(math::complement(math::students_t(degrees), p / 2));
+}
+
+double student_tail(double t, double degrees) {
+  return 2 * math::cdf(math::complement(math::students_t(degrees), std::abs(t)));
 }
 
 double chi2_limit(double p, double degrees) {

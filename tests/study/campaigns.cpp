@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/calibrate/geometry_fit.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/plan/grids.hpp"
 #include "core/simulate/virtual_robot.hpp"
 #include "core/statistics/random.hpp"
@@ -94,6 +94,11 @@ std::vector<Family> make_families() {
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
          t.tracker.scale = size * 1e-4 * (r.uniform() < 0.5 ? 1 : -1);
+       }},
+      {"guide_yaw", true,  // of a passive guide
+       [](Truth& t, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         t.drive.guide_yaw_rad_per_mm = size * rad_from_deg(3e-5) * on_some_rails(r);
        }},
       // outside the catalogue
       {"setup_shift", false,
@@ -191,8 +196,8 @@ std::vector<Visit> visits(const Design& design, Random& random) {
   const std::vector<double> turns_deg =
       design.name == "paper" ? std::vector<double>{0} : std::vector<double>{-4, 0, 4};
   for (const double turn : turns_deg) {
-    for (Pose pose : paper_80()) {
-      pose.phi_rad = rad_from_deg(turn);
+    for (Pose pose : paper_80(10 * design.reach)) {
+      pose.phi_rad = rad_from_deg(design.reach * turn);
       all.push_back({pose, ReadingSet::identify});
     }
   }
@@ -205,19 +210,20 @@ std::vector<Visit> visits(const Design& design, Random& random) {
   }
   for (const double turn :
        design.name == "paper" ? std::vector<double>{0} : std::vector<double>{-3, 3}) {
-    for (Pose pose : paper_48()) {
-      pose.phi_rad = rad_from_deg(turn);
+    for (Pose pose : paper_48(20 * design.reach)) {
+      pose.phi_rad = rad_from_deg(design.reach * turn);
       all.push_back({pose, ReadingSet::validate});
     }
   }
   return all;
 }
 
-std::vector<Reading> plan_readings(const Design& design, const Mechanism& mechanism,
+std::vector<Reading> plan_readings(const Design& design, const Machine& machine,
                                    std::uint64_t seed) {
   Random random = Random::stream(seed, "plan");
   std::vector<Reading> readings;
-  Displacements at = inverse(mechanism.geometry, mechanism.home).l_mm;
+  const MachineSolver solver(machine);
+  Displacements at = solver.drives(machine.home).l_mm;
   const std::vector<Visit> all = visits(design, random);
   double time_s = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -225,13 +231,13 @@ std::vector<Reading> plan_readings(const Design& design, const Mechanism& mechan
     r.seq = static_cast<int>(i) + 1;
     r.target = all[i].target;
     r.set = all[i].set;
-    r.conditions.cmd_mm = inverse(mechanism.geometry, r.target).l_mm;
+    r.conditions.cmd_mm = solver.drives(r.target).l_mm;
     r.conditions.from_mm = at;
     if (design.name != "paper") {
       for (int k = 0; k < 3; ++k)
         r.conditions.from_mm[k] =
-            r.conditions.cmd_mm[k] +
-            (random.uniform() < 0.5 && !design.one_direction ? 1 : -1) * random.uniform(2, 10);
+            r.conditions.cmd_mm[k] + (random.uniform() < 0.5 && !design.one_direction ? 1 : -1) *
+                                         design.reach * random.uniform(2, 10);
     }
     const auto of_set = static_cast<std::size_t>(
         std::count_if(all.begin(), all.end(), [&](const Visit& v) { return v.set == all[i].set; }));
@@ -248,14 +254,29 @@ std::vector<Reading> plan_readings(const Design& design, const Mechanism& mechan
   return readings;
 }
 
+/// The machine as the campaign states it.
+Machine stated(const Design& design) {
+  Machine machine = starting_machine(design.machine);
+  if (machine.kind->chain != &kPrrChain) return machine;
+  for (Drive& drive : machine.drives) drive.lead_mm = design.lead_mm;
+  return machine;
+}
+
 Truth make_truth(const Design& design, std::uint64_t seed) {
   Random random = Random::stream(seed, "truth");
   Truth truth;
-  Mechanism built = paper_mechanism();
-  built.screw_lead_mm = design.lead_mm * (1 + design.lead_error);  // what it does; see make_case
-  truth.nominal = machine_of(built);
-  built.geometry = random_geometry(random, 1);
-  truth.actual = machine_of(built).chains;
+  truth.nominal = stated(design);
+  for (Drive& drive : truth.nominal.drives) drive.lead_mm *= 1 + design.lead_error;
+  truth.actual = truth.nominal.chains;
+  if (truth.nominal.kind->chain == &kPrrChain) {
+    Machine built = truth.nominal;
+    set_geometry(built, random_geometry(random, 1));
+    truth.actual = built.chains;
+  } else {
+    for (const MachineParameter& p : parameters_of(*truth.nominal.kind)) {
+      truth.actual[static_cast<std::size_t>(p.chain)][p.place] += p.tolerance * random.normal();
+    }
+  }
   for (int e = 0; e < design.epochs; ++e) {
     simulate::EpochTruth epoch;
     for (int i = 0; e > 0 && i < 3; ++i) epoch.l_zero_mm[i] = 0.05 * random.normal();
@@ -362,12 +383,12 @@ void spoil(HiddenCase& c, int count, std::uint64_t seed) {
   }
 }
 
-double surviving_chi2(const Mechanism& mechanism, const std::vector<Reading>& readings,
+double surviving_chi2(const Machine& machine, const std::vector<Reading>& readings,
                       const TrackerSigma& sigma) {
   std::vector<Reading> fitted;
   std::copy_if(readings.begin(), readings.end(), std::back_inserter(fitted),
                [](const Reading& r) { return r.set == ReadingSet::identify; });
-  return fit_geometry(nominal_model(mechanism), fitted, sigma).chi2;
+  return fit_geometry(nominal_model(machine), fitted, sigma).chi2;
 }
 
 }  // namespace
@@ -390,11 +411,10 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   Campaign& campaign = result.campaign;
   campaign.name = "hidden-" + std::to_string(seed);
   campaign.simulated = true;
-  campaign.machine = machine_of(paper_mechanism());
-  for (Drive& drive : campaign.machine.drives) drive.lead_mm = design.lead_mm;
+  campaign.machine = stated(design);
   campaign.tracker = TrackerSigma{design.sigma_xy_mm * design.stated_over_true,
                                   rad_from_deg(design.sigma_phi_deg) * design.stated_over_true};
-  campaign.readings = plan_readings(design, mechanism_of(campaign.machine), seed);
+  campaign.readings = plan_readings(design, campaign.machine, seed);
   const TrackerSigma sigma{design.sigma_xy_mm, rad_from_deg(design.sigma_phi_deg)};
   Truth truth = make_truth(design, seed);
   Beyond beyond;
@@ -404,7 +424,7 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
     Beyond beside;
     put_in(*hidden[k], 1, own, alone, beside);
     measure(campaign.readings, alone, beside, design, true);
-    const double chi2 = surviving_chi2(mechanism_of(campaign.machine), campaign.readings, sigma);
+    const double chi2 = surviving_chi2(campaign.machine, campaign.readings, sigma);
     put_in(*hidden[k], chi2 > 1e-6 ? rho / std::sqrt(chi2) : 0, own, truth, beyond);
     result.hidden.push_back(hidden[k]->name);
     result.in_catalogue = result.in_catalogue && hidden[k]->in_catalogue;
@@ -416,6 +436,11 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   result.truth = truth;
   std::sort(result.hidden.begin(), result.hidden.end());
   return result;
+}
+
+Design design_of(const std::string& machine) {
+  if (machine != "3-PPR") return {.machine = machine};
+  return {.machine = machine, .reach = 0.03, .sigma_xy_mm = 0.0005, .sigma_phi_deg = 0.0003};
 }
 
 HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed,
@@ -436,6 +461,7 @@ std::map<std::string, double> parameters_of(const simulate::Truth& t) {
     all["backlash w_" + n] = t.drive.backlash_mm[i];
     all["thermal_growth c_" + n] = t.drive.thermal_growth_per_k[i];
     all["guide_bow c_" + n] = t.drive.guide_bow_per_mm[i];
+    all["guide_yaw k_" + n] = deg_from_rad(t.drive.guide_yaw_rad_per_mm[i]);
     for (int j = 0; j < kChains; ++j) {
       if (i == j) continue;
       all["axis_crosstalk m_" + n + std::to_string(j + 1)] = t.drive.axis_crosstalk(i, j);

@@ -16,6 +16,8 @@ namespace trammel::tests {
 struct Design {
   std::string name =
       "rich";  // rich: three orientations, all directions; paper: the 80 points as they come
+  std::string machine = "3-PRR";
+  double reach = 1;  // over the paper's points, orientations and approaches
   int epochs = 1;
   double sigma_xy_mm = 0.010;
   double sigma_phi_deg = 0.004;
@@ -69,7 +71,10 @@ const Family& family(const std::string& name);
 /// What was hidden, in the words of a report ("backlash w_1"), in their units; 0 where nothing was.
 std::map<std::string, double> parameters_of(const simulate::Truth& truth);
 
-/// The same by name.
+/// How a machine of this kind is measured: a UVW stage of +-5 mm on a thirtieth of the paper's
+/// square by an instrument of 0.5 um, others as the paper's.
+Design design_of(const std::string& machine);
+
 HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed,
                 const Design& design = {});
 

@@ -29,9 +29,8 @@ struct Left {
 Left left_of(const HiddenCase& c) {
   const TrackerSigma sigma{c.truth.tracker.sigma_xy_mm, c.truth.tracker.sigma_phi_rad};
   const std::vector<Reading> readings = fitted(c.still);
-  const ResidualSpace space =
-      residual_space(fit_geometry(nominal_model(mechanism_of(c.campaign.machine)), readings, sigma),
-                     readings, sigma);
+  const ResidualSpace space = residual_space(
+      fit_geometry(nominal_model(c.campaign.machine), readings, sigma), readings, sigma);
   const Library library = make_library(space);
   double least = space.residual.squaredNorm();
   for (const Candidate& candidate :

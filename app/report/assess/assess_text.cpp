@@ -70,11 +70,12 @@ std::string session_text(const Session& s) {
                   : s.compensation.empty() ? "baseline"
                                            : "compensated by " + s.compensation);
   text += fmt::format(
-      "  mean positional deviation {:.4f} mm, {} visits a pose (95 %: {:.4f}, max {:.4f}); "
-      "attitude "
-      "{:.4f} deg\n",
+      "  mean positional deviation {:.4f} mm, {} visits a pose (95 %: {:.4f}, max {:.4f}){}\n",
       s.position_mm.mean, visits(s.poses.least_n, s.poses.most_n), s.position_mm.p95,
-      s.position_mm.max, deg_from_rad(s.attitude_rad.mean));
+      s.position_mm.max,
+      s.attitude_rad.n == 0
+          ? ""
+          : fmt::format("; attitude {:.4f} deg", deg_from_rad(s.attitude_rad.mean)));
   if (!s.verdict.empty()) text += "  " + s.verdict + "\n";
   text += fmt::format("  ISO 9283, {} poses (with direction and set-up), largest of all:\n",
                       s.poses.n_poses);
@@ -82,7 +83,7 @@ std::string session_text(const Session& s) {
   for (const Iso230& rail : s.rails) {
     text += rail.rail == 0
                 ? "  ISO 230-2:\n"
-                : fmt::format("  ISO 230-2, rail {}: {} targets over {:.1f} mm, {} runs:\n",
+                : fmt::format("  ISO 230-2, {} {}: {} targets over {:.1f} mm, {} runs:\n", s.drive,
                               rail.rail, rail.n_targets, rail.travel_mm, rail.least_runs);
     text += symbols_text(rail.symbols);
     text += reversals_text(rail);

@@ -13,6 +13,7 @@
 #include "app/report/methods.hpp"
 #include "core/calibrate/uncertainty.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/judge/floor.hpp"
 #include "core/judge/range.hpp"
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
@@ -28,6 +29,7 @@ constexpr int kBlocks = 6;
 struct Noise {
   std::optional<NoiseLevel> level;
   std::string words;
+  int coordinates = 2;  // of the place, that are measured
 
   [[nodiscard]] std::optional<TrackerSigma> sigma() const {
     return level ? std::optional(level->sigma) : std::nullopt;
@@ -35,16 +37,17 @@ struct Noise {
   [[nodiscard]] std::string verdict(const Summary& position_mm) const {
     if (!level) return "";
     return floor_verdict(position_mm.mean, position_mm.n, level->sigma.xy_mm,
-                         level->degrees_of_freedom);
+                         level->degrees_of_freedom, coordinates);
   }
 };
 
 Noise noise_of(const Campaign& campaign) {
   try {
     const NoiseLevel level = noise_level(campaign);
-    return {level, level.words};
+    return {level, level.words, measured_places(campaign.machine)};
   } catch (const InputError& error) {
-    return {std::nullopt, error.text().what + " (" + error.text().got + "): no floor, no verdict"};
+    return {std::nullopt, error.text().what + " (" + error.text().got + "): no floor, no verdict",
+            measured_places(campaign.machine)};
   }
 }
 
@@ -62,10 +65,16 @@ Session assessed(const report::Walk& walk, const Machine& machine, const Noise& 
                   .compensation_job = walk.session.compensation_job,
                   .compensation = walk.session.compensation_name,
                   .position_mm = summarise(position),
-                  .attitude_rad = summarise(attitude),
+                  .attitude_rad = machine.measured[2] ? summarise(attitude) : Summary{},
                   .poses = iso9283(readings, noise.sigma()),
                   .rails = iso230(machine, readings, noise.sigma()),
+                  .drive = std::string(machine.kind->chain->drive_word),
                   .verdict = {}};
+  std::erase_if(session.poses.symbols, [&](const IsoSymbol& s) {  // of what is not measured
+    return (!machine.measured[0] && s.name == "AP_x") ||
+           (!machine.measured[1] && s.name == "AP_y") ||
+           (!machine.measured[2] && s.name.ends_with("_c"));
+  });
   session.verdict = noise.verdict(session.position_mm);
   return session;
 }
@@ -254,15 +263,14 @@ void add_budget(JobAssessment& out, const Campaign& campaign, const NoiseLevel& 
 
 /// What the correction knows of itself, widened by what held-out points show beyond it; else by
 /// these alone; nothing where there are too few of them, or no sigma.
-std::optional<PointUncertainty> uncertainty_of(const Correction& correction,
-                                               const Mechanism& mechanism,
+std::optional<PointUncertainty> uncertainty_of(const Correction& correction, const Machine& machine,
                                                const std::vector<Reading>& fitted,
                                                const std::vector<Pairs>& all, const Noise& noise) {
   if (!noise.level) return std::nullopt;
   const TrackerSigma& sigma = noise.level->sigma;
   std::vector<HeldOut> held_out;
   const std::string from = whence(all, held_out);
-  if (const auto own = own_uncertainty(correction, mechanism, fitted, sigma)) {
+  if (const auto own = own_uncertainty(correction, machine, fitted, sigma)) {
     return calibrated(*own, held_out, sigma);
   }
   if (held_out.size() < kFewestHeldOut) return std::nullopt;
@@ -300,9 +308,8 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
                              error.text().what);
     }
   }
-  const std::optional<PointUncertainty> uncertainty =
-      uncertainty_of(job::correction_of(job.data.result_json),
-                     mechanism_of(measured.campaign.machine), fitted, all, noise);
+  const std::optional<PointUncertainty> uncertainty = uncertainty_of(
+      job::correction_of(job.data.result_json), measured.campaign.machine, fitted, all, noise);
   if (uncertainty) out.uncertainty_from = uncertainty->basis;
   for (Pairs& pairs : all) {
     judge(pairs, uncertainty, noise);
@@ -326,7 +333,8 @@ Assessment gather(store::Connection& connection, const store::CampaignRow& campa
   out.campaign = campaign.name;
   out.simulated = campaign.simulated;
   out.noise = noise.words;
-  if (noise.level) out.floor_mean_mm = noise_floor_mean_mm(noise.level->sigma.xy_mm);
+  if (noise.level)
+    out.floor_mean_mm = perfect_mean_mm(measured.campaign.machine, noise.level->sigma.xy_mm);
   std::string known;
   for (const report::Walk& walk : measured.walks) {
     known += (known.empty() ? "" : ", ") + walk.session.name;

@@ -24,7 +24,8 @@ struct Session {
   Summary position_mm, attitude_rad;
   Iso9283 poses;
   std::vector<Iso230> rails;
-  std::string verdict;  // against the floor; empty when the noise is not known
+  std::string drive = "rail";  // what a drive of the machine is called
+  std::string verdict;         // against the floor; empty when the noise is not known
 };
 
 struct Point {

@@ -32,7 +32,7 @@ Json before_after_row(const Comparison& c, Figure figure) {
 Json before_after_table(const Source& source, const Comparison& best) {
   const Report& report = source.report;
   Json rows = Json::array();
-  for (const Figure figure : {Figure::position_mm, Figure::attitude_deg}) {
+  for (const Figure figure : figures_of(source.measured.campaign.machine)) {
     rows.push_back(before_after_row(best, figure));
   }
   for (const Comparison& c : source.comparisons) {

@@ -8,6 +8,7 @@
 #include "app/report/page/source.hpp"
 #include "core/calibrate/joint_error.hpp"
 #include "core/calibrate/simulation.hpp"
+#include "core/mechanism/machine_kinematics.hpp"
 #include "core/mechanism/sensitivity.hpp"
 #include "core/plan/grids.hpp"
 #include "core/units.hpp"
@@ -32,11 +33,15 @@ Json sensitivity_figure(const Source& source) {
       "Share of each error source in the pose error" + of_the_paper(source, "Fig. 4");
   const SourceErrors errors;
   try {
-    const std::vector<Pose> poses = lattice(kSensitivityHalfWidth_mm, kSensitivityStep_mm);
-    const SensitivityShares shares = sensitivity(source.measured.campaign.machine, poses, errors);
+    const Machine& machine = source.measured.campaign.machine;
+    std::vector<Pose> poses = lattice(kSensitivityHalfWidth_mm, kSensitivityStep_mm);
+    if (machine.kind->chain != &kPrrChain) {
+      std::erase_if(poses, [&](const Pose& pose) { return !reach(machine, pose).ok(); });
+    }
+    const SensitivityShares shares = sensitivity(machine, poses, errors);
     Json sources = Json::array(), rows = Json::array();
     for (const MachineParameter& p : shares.sources) sources.push_back(p.name);
-    for (int row = 0; row < 3; ++row) {
+    for (Eigen::Index row = 0; row < shares.of.rows(); ++row) {
       Json values = Json::array();
       for (const double share : shares.of.row(row)) values.push_back(drawn(100 * share));
       rows.push_back(std::move(values));
@@ -56,11 +61,13 @@ Json sensitivity_figure(const Source& source) {
 /// Per joint: what the map was told and what it says, in one set.
 Json network_set(const Source& source, const MapCorrection& map,
                  const std::vector<Reading>& readings, const char* name) {
-  Json joints = Json::array({Json::array(), Json::array(), Json::array()});
-  for (const JointSample& s : merge_places(joint_samples(
-           mechanism_of(source.measured.campaign.machine), without_shifts(readings, map.epochs)))) {
+  const int n = source.measured.campaign.machine.kind->n_chains;
+  Json joints = Json::array();
+  for (int i = 0; i < n; ++i) joints.push_back(Json::array());
+  for (const JointSample& s : merge_places(
+           joint_samples(source.measured.campaign.machine, without_shifts(readings, map.epochs)))) {
     const Eigen::Vector3d says = joint_error_at(map.map, {s.x_mm, s.y_mm});
-    for (int i = 0; i < kChains; ++i) {
+    for (int i = 0; i < n; ++i) {
       joints[static_cast<std::size_t>(i)].push_back(
           Json::array({drawn(s.error_mm[i]), drawn(says[i])}));
     }
@@ -114,9 +121,8 @@ Json simulated_figure(const Source& source, const Comparison& c) {
   for (const Pair& pair : c.paired.pairs) readings.push_back(pair.before->reading);
   Json measured = Json::array(), simulation = Json::array();
   try {
-    for (const SimulatedError& e :
-         simulated_errors(job::correction_of(c.job->data.result_json),
-                          mechanism_of(source.measured.campaign.machine), readings)) {
+    for (const SimulatedError& e : simulated_errors(job::correction_of(c.job->data.result_json),
+                                                    source.measured.campaign.machine, readings)) {
       measured.push_back(three(e.measured));
       simulation.push_back(three(e.simulated));
     }

@@ -28,7 +28,7 @@ Json method_items(const Source& source, const Comparison& c) {
   Json items = Json::array(
       {map_figure(source, c, "map-" + id_of(source, c), "Position error: " + words_of(c))});
   for (const auto each : {histogram_figure, surface_figure, by_point_figure}) {
-    for (const Figure figure : {Figure::position_mm, Figure::attitude_deg}) {
+    for (const Figure figure : figures_of(source.measured.campaign.machine)) {
       items.push_back(each(source, c, figure));
     }
   }

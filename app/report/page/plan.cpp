@@ -7,6 +7,7 @@
 
 #include "app/report/page/source.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "core/mechanism/workspace.hpp"
 #include "core/units.hpp"
 
@@ -16,40 +17,95 @@ namespace {
 
 constexpr double kHalfWidth_mm = 420;  // of the workspace picture: beyond it no grid of ours goes
 constexpr double kCell_mm = 20;
+constexpr int kCells = 20;  // of other machines, from the middle to the border
 
 Json place(const Eigen::Vector2d& p) { return Json::array({drawn(p.x()), drawn(p.y())}); }
 
 Eigen::Vector2d along(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
 
-/// Rail (where its slider can be), slider B, platform joint C of each chain at a pose.
-Json mechanism_json(const Mechanism& mechanism, const Pose& pose, const InverseResult& at) {
-  Json chains = Json::array();
-  for (int i = 0; i < kChains; ++i) {
-    const Chain& c = mechanism.geometry.chains[static_cast<std::size_t>(i)];
-    const Eigen::Vector2d u = along(c.alpha_rad), n(-u.y(), u.x());
+/// One chain at a pose, to be drawn: where its slider can be, where that is, and the joint or point
+/// of the platform that it holds.
+struct DrawnChain {
+  Eigen::Vector2d from, to, slider, joint;
+};
+
+/// Of a PRR its rail and link. Of a PPR the drive's line through where the platform stands at home
+/// (its place says nothing), and the passive guide. Of an RPR the cylinder's shortest and longest.
+DrawnChain drawn_chain(const Machine& machine, std::size_t chain, const Pose& pose, double l_mm) {
+  const ChainValues& p = machine.chains[chain];
+  const Limits& limits = machine.drives[chain].limits;
+  const auto joint_at = [&](const Pose& X, double r, double beta) -> Eigen::Vector2d {
+    return Eigen::Vector2d(X.x_mm, X.y_mm) + r * along(beta + X.phi_rad);
+  };
+  if (machine.kind->chain == &kPrrChain) {
+    const auto& [alpha, beta, r, S, l_zero, R, h] = p;
+    const Eigen::Vector2d u = along(alpha), n(-u.y(), u.x());
+    const auto slider = [&](double l) -> Eigen::Vector2d { return (l + l_zero - R) * u + h * n; };
+    return {slider(limits.l_min_mm), slider(limits.l_max_mm), slider(l_mm),
+            joint_at(pose, r, beta)};
+  }
+  if (machine.kind->chain == &kPprChain) {
+    const auto& [alpha, gamma, l_zero, c, r, beta, none] = p;
+    const Eigen::Vector2d home = joint_at(machine.home, r, beta);
+    const double l_home_mm = drives_of(machine, machine.home)[static_cast<Eigen::Index>(chain)];
     const auto slider = [&](double l) -> Eigen::Vector2d {
-      return (l + c.l_zero_mm - c.R_mm) * u + c.h_mm * n;
+      return home + (l - l_home_mm) * along(alpha);
     };
-    const Eigen::Vector2d joint =
-        Eigen::Vector2d(pose.x_mm, pose.y_mm) + c.r_mm * along(c.beta_rad + pose.phi_rad);
-    chains.push_back({{"rail", Json::array({place(slider(mechanism.limits.l_min_mm)),
-                                            place(slider(mechanism.limits.l_max_mm))})},
-                      {"slider", place(slider(at.l_mm[i]))},
-                      {"joint", place(joint)}});
+    return {slider(limits.l_min_mm), slider(limits.l_max_mm), slider(l_mm),
+            joint_at(pose, r, beta)};
+  }
+  const auto& [Ax, Ay, l_zero, r, beta, none, neither] = p;
+  const Eigen::Vector2d base(Ax, Ay), joint = joint_at(pose, r, beta);
+  const Eigen::Vector2d u = (joint - base).normalized();
+  return {base + (limits.l_min_mm + l_zero) * u, base + (limits.l_max_mm + l_zero) * u, base,
+          joint};
+}
+
+Json chains_json(const Machine& machine, const Pose& pose, const InverseResult& at) {
+  Json chains = Json::array();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(machine.kind->n_chains); ++i) {
+    const DrawnChain c = drawn_chain(machine, i, pose, at.l_mm[static_cast<Eigen::Index>(i)]);
+    chains.push_back({{"rail", Json::array({place(c.from), place(c.to)})},
+                      {"slider", place(c.slider)},
+                      {"joint", place(c.joint)}});
   }
   return chains;
 }
 
+/// Half width and step of the workspace picture: the paper's robot as ever, others by their stroke
+/// (a cylinder's is about the middle).
+WorkspaceGrid grid_of(const Machine& machine) {
+  if (machine.kind->chain == &kPrrChain)
+    return {.half_width_mm = kHalfWidth_mm, .step_mm = kCell_mm};
+  double half = 0;
+  for (int i = 0; i < machine.kind->n_chains; ++i) {
+    const Limits& l = machine.drives[static_cast<std::size_t>(i)].limits;
+    half = std::max(half, machine.kind->chain == &kRprChain
+                              ? (l.l_max_mm - l.l_min_mm) / 2
+                              : std::max(std::abs(l.l_min_mm), std::abs(l.l_max_mm)));
+  }
+  return {.half_width_mm = half, .step_mm = half / kCells};
+}
+
 /// Where the platform can be at phi = 0: half the distance to the nearest limit, in cells.
-Json reach_json(const Mechanism& mechanism) {
+Json reach_json(const Machine& machine, const WorkspaceGrid& grid) {
   Json cells = Json::array();
-  for (const WorkspaceCell& cell :
-       workspace(machine_of(mechanism), {.half_width_mm = kHalfWidth_mm, .step_mm = kCell_mm})) {
+  if (machine.kind->n_chains < 2) return cells;  // an axis has a line, which is drawn
+  for (const WorkspaceCell& cell : workspace(machine, grid)) {
     if (!cell.reach.ok()) continue;
     cells.push_back(Json::array(
         {drawn(cell.pose.x_mm), drawn(cell.pose.y_mm), drawn(cell.reach.singularity.margin())}));
   }
   return cells;
+}
+
+/// "(1.000, 2.000) mm"
+std::string drives_words(const Machine& machine, const InverseResult& at) {
+  std::string text;
+  for (int i = 0; i < machine.kind->n_chains; ++i) {
+    text += fmt::format("{}{:.3f}", text.empty() ? "" : ", ", at.l_mm[i]);
+  }
+  return "(" + text + ") mm";
 }
 
 /// The pose of the largest error before, else where the stage was zeroed.
@@ -100,37 +156,39 @@ Json targets_json(const Source& source) {
   return sets;
 }
 
-/// The mechanism to scale; of a 3-PRR so far.
+/// The machine to scale.
 Json mechanism_item(const Source& source) {
-  if (source.measured.campaign.machine.kind->chain != &kPrrChain) {
-    return absent("mechanism", "The machine", source.report.mechanism);
-  }
-  const Mechanism mechanism = mechanism_of(source.measured.campaign.machine);
+  const Machine& machine = source.measured.campaign.machine;
+  const MachineSolver solver(machine);
   std::string where;
   Pose pose = chosen_pose(source, where);
-  InverseResult at = inverse(mechanism.geometry, pose);
+  InverseResult at = solver.drives(pose);
   if (!at.ok()) {
-    pose = mechanism.home;
+    pose = machine.home;
     where = "where the stage was zeroed";
-    at = inverse(mechanism.geometry, pose);
+    at = solver.drives(pose);
   }
   if (!at.ok()) {
     return absent("mechanism", "The mechanism to scale",
                   "Neither a target nor the home pose is in the nominal reach.");
   }
+  const WorkspaceGrid grid = grid_of(machine);
+  const Json reach = reach_json(machine, grid);
   return figure(
       {"mechanism", "The mechanism to scale",
-       fmt::format("{}. Drawn with nominal parameters at ({:g}, {:g}) mm, {:g} deg, {}: l = "
-                   "({:.3f}, {:.3f}, {:.3f}) mm. Shaded: where the platform centre can be at "
-                   "phi = 0 (cells of {:g} mm), darker where farther from singular.",
+       fmt::format("{}. Drawn with nominal parameters at ({:g}, {:g}) mm, {:g} deg, {}: l = {}.{}",
                    source.report.mechanism, drawn(pose.x_mm), drawn(pose.y_mm),
-                   drawn(deg_from_rad(pose.phi_rad)), where, at.l_mm[0], at.l_mm[1], at.l_mm[2],
-                   kCell_mm)},
+                   drawn(deg_from_rad(pose.phi_rad)), where, drives_words(machine, at),
+                   reach.empty() ? ""
+                                 : fmt::format(" Shaded: where the platform centre can be at phi = "
+                                               "0 (cells of {:g} mm), darker where farther from "
+                                               "singular.",
+                                               grid.step_mm))},
       "mechanism",
       {{"pose", Json::array({drawn(pose.x_mm), drawn(pose.y_mm)})},
-       {"chains", mechanism_json(mechanism, pose, at)},
-       {"reach", reach_json(mechanism)},
-       {"cell_mm", kCell_mm}});
+       {"chains", chains_json(machine, pose, at)},
+       {"reach", reach},
+       {"cell_mm", grid.step_mm}});
 }
 
 }  // namespace

@@ -47,6 +47,11 @@ struct Axis {
 };
 constexpr Axis kTravel = {"travel from home [mm]",
                           [](const Reading&, const Moment& m, int i) { return m.s_mm[i]; }};
+constexpr Axis kGuide = {"travel along the guide from home [mm]",
+                         [](const Reading&, const Moment& m, int i) { return m.guide_mm[i]; }};
+constexpr Axis kAbbe = {
+    "travel times lever arm [mm^2]",
+    [](const Reading&, const Moment& m, int i) { return m.s_mm[i] * m.lever_mm[i]; }};
 constexpr Axis kTurn = {"place within one turn of the screw [mm]",
                         [](const Reading&, const Moment& m, int i) {
                           const double lead = m.lead_mm[i];
@@ -65,6 +70,8 @@ constexpr Axis kOrientation = {
 
 Axis axis_of(const Effect& effect) {
   if (effect.name == "screw_periodic") return kTurn;
+  if (effect.name == "guide_bow") return kGuide;
+  if (effect.name == "guide_yaw") return kAbbe;
   switch (effect.needs.empty() ? Need::travel : effect.needs.front()) {
     case Need::travel:
       return kTravel;
@@ -78,6 +85,15 @@ Axis axis_of(const Effect& effect) {
       return kOrientation;
   }
   return kTravel;
+}
+
+int n_drives(const RobotModel& model) { return model.nominal.kind->n_chains; }
+
+/// "rail 1", "x axis": of each drive.
+Json drive_names(const RobotModel& model) {
+  Json names = Json::array();
+  for (int k = 0; k < n_drives(model); ++k) names.push_back(drive_name(model.nominal, k));
+  return names;
 }
 
 /// A diagnosis' robot and what it leaves of the readings. Their orientation is the robot's own:
@@ -95,7 +111,7 @@ Json states_figure(const Explained& e, const std::vector<Eigen::Vector3d>& geome
     const Reading& r = e.readings[i];
     const Moment& m = e.moments[i];
     Json rails = Json::array();
-    for (int k = 0; k < kChains; ++k) {
+    for (int k = 0; k < n_drives(e.model); ++k) {
       rails.push_back(Json::array(
           {drawn(m.s_mm[k]), m.direction[k], drawn(geometry[i][k]), drawn(e.left[i][k])}));
     }
@@ -110,7 +126,19 @@ Json states_figure(const Explained& e, const std::vector<Eigen::Vector3d>& geome
                              "rail; full marks fitted (in-sample), open marks unseen (held-out). "
                              "Above: the geometry alone. Below: with the named effects.",
                              e.readings.size())},
-                "residuals", {{"readings", rows}});
+                "residuals", {{"names", drive_names(e.model)}, {"readings", rows}});
+}
+
+/// What the effect does on the drives and guides that carry it, in the machine's words.
+std::string sentence_on(const RobotModel& model, std::size_t which) {
+  const ActiveEffect& active = model.effects[which];
+  std::vector<int> rails;
+  for (std::size_t k = 0; k < active.effect->parameters.size(); ++k) {
+    const int rail = active.effect->parameters[k].rail;
+    const bool carries = active.values[static_cast<Eigen::Index>(k)] != 0 && rail >= 0;
+    if (carries && std::ranges::find(rails, rail) == rails.end()) rails.push_back(rail);
+  }
+  return sentence_of(*active.effect, model.nominal, rails);
 }
 
 /// Component and residual: what is left once all but this effect is taken out, and the effect.
@@ -121,7 +149,7 @@ Json effect_figure(const Explained& e, std::size_t which) {
   without.effects.erase(without.effects.begin() + static_cast<std::ptrdiff_t>(which));
   const std::vector<Eigen::Vector3d> partial = left_by(without, e.readings);
   Json rails = Json::array();
-  for (int k = 0; k < kChains; ++k) {
+  for (int k = 0; k < n_drives(e.model); ++k) {
     Json points = Json::array();
     for (std::size_t i = 0; i < e.readings.size(); ++i) {
       points.push_back(Json::array({drawn(axis.at(e.readings[i], e.moments[i], k)),
@@ -131,11 +159,12 @@ Json effect_figure(const Explained& e, std::size_t which) {
     rails.push_back(std::move(points));
   }
   return figure({"effect-" + effect.name, effect.name + ": the residual without it, and its curve",
-                 effect.sentence + fmt::format(". Joint errors [mm] of {} readings, with all but "
-                                               "this effect taken out (full marks in-sample, open "
-                                               "marks held-out); line: the effect as fitted.",
-                                               e.readings.size())},
-                "effect", {{"axis", axis.name}, {"rails", rails}});
+                 sentence_on(e.model, which) +
+                     fmt::format(". Joint errors [mm] of {} readings, with all but "
+                                 "this effect taken out (full marks in-sample, open "
+                                 "marks held-out); line: the effect as fitted.",
+                                 e.readings.size())},
+                "effect", {{"names", drive_names(e.model)}, {"axis", axis.name}, {"rails", rails}});
 }
 
 const RobotModel* model_in(const Correction& correction) {
@@ -169,7 +198,12 @@ Json residual_items(const Source& source, const store::Job& job) {
       return Json::array({absent("residuals", "Residuals",
                                  fmt::format("The model cannot reach reading seq {}.", r.seq))});
     }
-    r.measured->phi_rad = at.pose.phi_rad;
+    // the orientation is the model's, and so is what is not measured
+    Eigen::Vector3d seen = at.pose.vector();
+    for (int c = 0; c < 2; ++c) {
+      if (e.model.nominal.measured[static_cast<std::size_t>(c)]) seen[c] = r.measured->vector()[c];
+    }
+    r.measured = Pose::from(seen);
     e.moments.push_back(at.moment);
   }
   e.left = left_by(e.model, e.readings);

@@ -63,8 +63,9 @@ std::string words_of(const Comparison& c) {
 const Comparison* headline(const Source& source) {
   const ErrorTable* best = best_table(source.report);
   if (best == nullptr) return nullptr;
-  // Each comparison has a table of position and one of attitude, in this order (gather.cpp).
-  return &source.comparisons[static_cast<std::size_t>(best - source.report.tables.data()) / 2];
+  // Each comparison has a table for each figure, in this order (gather.cpp).
+  return &source.comparisons[static_cast<std::size_t>(best - source.report.tables.data()) /
+                             figures_of(source.measured.campaign.machine).size()];
 }
 
 const char* word_of(Figure figure) {

@@ -42,7 +42,7 @@ Json waterfall(const StoryRound& round, std::size_t number) {
   };
   bool judged = false;
   for (const GapRow& row : round.gap) {
-    steps.push_back({{"model", row.model},
+    steps.push_back({{"model", row.model + (row.tried ? ", tried" : "")},
                      {"fitted", value(row.identify_rms_mm)},
                      {"unseen", value(row.validate_rms_mm)}});
     judged = judged || row.validate_rms_mm.has_value();

@@ -2,6 +2,7 @@
 
 #include "app/cli/template.hpp"
 
+#include <cmath>
 #include <functional>
 #include <map>
 
@@ -9,11 +10,13 @@
 #include "app/device/tracker_json.hpp"
 #include "app/files/campaign_file.hpp"
 #include "app/files/layout.hpp"
+#include "app/files/machine_json.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/plan_json.hpp"
 #include "app/files/robot_json.hpp"
 #include "app/protocol/protocol.hpp"
 #include "core/plan/check.hpp"
+#include "core/units.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/in_process.hpp"
 #include "tests/support/temporary.hpp"
@@ -28,8 +31,24 @@ TEST_CASE("every template is valid as it is, and explains itself", "[cli]") {
     write_output(at / name, file.text, Existing::replace);
     return at / name;
   };
+  const auto starts_as = [](const char* kind, const std::filesystem::path& path) {
+    const Machine read = read_machine_file(path), expected = starting_machine(kind);
+    REQUIRE(read.kind == expected.kind);
+    CHECK((read.drives == expected.drives && read.home == expected.home));
+    CHECK(read.measured == expected.measured);
+    for (const MachineParameter& p : parameters_of(*read.kind)) {
+      CAPTURE(p.name);
+      const auto i = static_cast<std::size_t>(p.chain);
+      const double off = read.chains[i][p.place] - expected.chains[i][p.place];
+      CHECK_THAT(p.is_angle ? std::remainder(off, 2 * kPi) : off, WithinAbs(0, 1e-6));
+    }
+  };
   const std::map<std::string_view, std::function<void(const std::filesystem::path&)>> readers = {
       {"machine.3-prr.json", [](const auto& path) { (void)read_mechanism_file(path); }},
+      {"machine.3-ppr.json", [&](const auto& path) { starts_as("3-PPR", path); }},
+      {"machine.3-rpr.json", [&](const auto& path) { starts_as("3-RPR", path); }},
+      {"machine.xy.json", [&](const auto& path) { starts_as("XY", path); }},
+      {"machine.x.json", [&](const auto& path) { starts_as("X", path); }},
       {"robot.json", [](const auto& path) { (void)read_robot(path); }},
       {"layout.json", [](const auto& path) { (void)read_layout(path); }},
       {"protocol.json", [](const auto& path) { (void)protocol::read_protocol(path); }},

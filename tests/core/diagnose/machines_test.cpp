@@ -179,6 +179,27 @@ TEST_CASE("a reversal that differs by target and drifts from run to run is no ba
   }
 }
 
+TEST_CASE("a reversal at one target alone is no noise that alternates, and no explained axis",
+          "[diagnose]") {
+  const auto errs = [](double reversal_mm) {
+    return [=](const Stand& s) {
+      return Eigen::Vector2d(
+          0.001 * s.x * (s.x + 40) / 120 + (s.target == 1 ? 0.5 * reversal_mm * s.dir_x : 0), 0);
+    };
+  };
+  const Diagnosis d = diagnose(axis(11, errs(0.004), 3, 10));
+  CHECK(d.verdict == Verdict::unexplained);
+  REQUIRE_FALSE(d.structure.empty());
+  CHECK_THAT(d.structure[0].when, Contains("differs from target to target"));
+  CHECK_FALSE(d.tried.empty());
+  // the control: without the reversal the same axis is not doubted for one
+  for (std::uint64_t seed = 12; seed < 16; ++seed) {
+    for (const Finding& f : diagnose(axis(seed, errs(0), 3, 10)).structure) {
+      CHECK_THAT(f.when, !Contains("reversal"));
+    }
+  }
+}
+
 TEST_CASE("where a stage's answer is open, points are proposed that its axes reach", "[diagnose]") {
   // approaches of one side hide backlash: the audit asks for the other
   Campaign c = stage(9, nothing);

@@ -4,6 +4,7 @@
 
 #include "core/calibrate/goodness.hpp"
 #include "core/statistics/random.hpp"
+#include "core/statistics/tail.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;
@@ -12,6 +13,8 @@ TEST_CASE("limits of chance are those of printed tables", "[measure]") {
   CHECK_THAT(normal_limit(0.05), WithinAbs(1.959964, 1e-6));
   CHECK_THAT(student_limit(0.05, 1), WithinAbs(12.7062, 1e-4));
   CHECK_THAT(student_limit(0.05, 20), WithinAbs(2.08596, 1e-5));
+  CHECK_THAT(student_tail(-2.08596, 20), WithinAbs(0.05, 1e-6));
+  CHECK_THAT(student_tail(student_limit(1e-9, 3), 3), WithinRel(1e-9, 1e-9));
   CHECK_THAT(chi2_limit(0.05, 3), WithinAbs(7.8147, 1e-4));
   CHECK_THAT(chi2_limit(0.01, 3), WithinAbs(11.3449, 1e-4));
   CHECK_THAT(variance_ratio_limit(0.05, 10), WithinRel(18.307 / 10, 1e-4));

@@ -11,7 +11,7 @@ function square(names, width, most) {
 }
 
 export function mechanism(data, width) {
-  const { box, height, legend } = square(['rail (stroke)', 'link', 'platform', 'slider', 'platform centre'], width, 620);
+  const { box, height, legend } = square(['rail (stroke)', 'link', ...(data.chains.length > 2 ? ['platform'] : []), 'slider', 'platform centre'], width, 620);
   const ends = data.chains.flatMap((c) => [...c.rail, c.slider, c.joint]);
   const extent = squareExtent(ends, 0.04);
   const joints = data.chains.map((c) => c.joint);
@@ -23,7 +23,7 @@ export function mechanism(data, width) {
     series.push(polyline(c.rail, '#888', 5, { name: 'rail (stroke)' }));
     series.push(polyline([c.slider, c.joint], ink, 3, { name: 'link' }));
   });
-  series.push(polyline([...joints, joints[0]], colours.after, 3, { name: 'platform', areaStyle: undefined }));
+  if (joints.length > 2) series.push(polyline([...joints, joints[0]], colours.after, 3, { name: 'platform', areaStyle: undefined }));
   series.push({
     type: 'scatter', name: 'slider', data: data.chains.map((c) => c.slider), symbol: 'rect', symbolSize: 13, itemStyle: { color: colours.before },
     label: { show: true, formatter: (p) => `B${p.dataIndex + 1}`, position: 'right', color: ink }, z: 6,

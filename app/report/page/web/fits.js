@@ -4,7 +4,7 @@ import { axis, base, both, colours, floorLine, ink, legendAbove, mm, onWhite, pa
 export function sensitivity(data, width) {
   const chains = [['#0b3c5d', '#1f6fb4', '#5b9bd5', '#8fbce6', '#b9d6f2', '#dbe9f8'], ['#7a3100', '#d95f02', '#f08a3c', '#f5a96b', '#f9c69b', '#fde3cd'],
     ['#0d4f3c', '#1b9e77', '#4dbb98', '#7fd0b5', '#aee2d0', '#d7f1e8']];
-  const rows = ['x', 'y', 'phi'];
+  const rows = ['x', 'y', 'phi'].slice(0, data.rows.length);
   const { legend, top } = legendAbove(data.sources, width);
   return {
     height: top + 216,
@@ -24,7 +24,7 @@ export function sensitivity(data, width) {
 
 export function network(data, width) {
   const { legend, top } = legendAbove(data.sets.map((s) => s.name), width);
-  const { boxes, height } = panels(width, 3, { least: 240, above: top });
+  const { boxes, height } = panels(width, data.sets[0].joints.length, { least: 240, above: top });
   const look = { 'in-sample': { color: colours.fitted }, 'held-out': { color: 'transparent', borderColor: colours.unseen, borderWidth: 1.4 } };
   const series = [], xAxis = [], yAxis = [];
   boxes.forEach((_, k) => {

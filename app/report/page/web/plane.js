@@ -11,15 +11,18 @@ export function planeAxes(boxes, extent, nameX = 'x [mm]', nameY = 'y [mm]') {
   };
 }
 
-// A square about all points, with some room, to whole tens.
+// A square about all points, with some room, to whole tens, or ones and tenths on a stage of millimetres.
 export function squareExtent(points, room = 0.06) {
   const xs = points.map((p) => p[0]), ys = points.map((p) => p[1]);
   const [lx, hx, ly, hy] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-  const half = Math.max(10, (Math.max(hx - lx, hy - ly) / 2) * (1 + 2 * room));
-  const round = (v) => 10 * (v < 0 ? Math.floor(v / 10) : Math.ceil(v / 10));
+  const wanted = (Math.max(hx - lx, hy - ly) / 2) * (1 + 2 * room) || 10;
+  const unit = wanted >= 10 ? 10 : 10 ** Math.floor(Math.log10(wanted));
+  const half = Math.max(unit, wanted);
+  const round = (v) => unit * (v < 0 ? Math.floor(v / unit) : Math.ceil(v / unit));
   const cx = (lx + hx) / 2, cy = (ly + hy) / 2;
   const r = Math.max(round(cx + half) - cx, cx - round(cx - half));
-  return { x: [Math.round(cx - r), Math.round(cx + r)], y: [Math.round(cy - r), Math.round(cy + r)] };
+  const whole = (v) => (unit >= 10 ? Math.round(v) : Number(v.toPrecision(6)));
+  return { x: [whole(cx - r), whole(cx + r)], y: [whole(cy - r), whole(cy + r)] };
 }
 
 export const cellOf = (size) => (params, api) => {

@@ -1,6 +1,9 @@
 // The gap, the residuals, the conditions.
 import { axis, base, colours, floorLine, ink, legendAbove, mm, onWhite, panels, panelTitle, polyline } from './chart.js';
 
+// Four decimals, or three digits where that shows none: a stage of micrometres.
+const digits = (v) => (v === 0 || Math.abs(v) >= 0.01 ? v.toFixed(4) : String(Number(v.toPrecision(3))));
+
 export function waterfall(data, width) {
   const sets = [['fitted', 'fitted (in-sample)', colours.fitted, colours.palest], ['unseen', 'unseen (held-out)', colours.unseen, colours.pale]]
     .filter(([key]) => data.steps.some((s) => s[key] !== null));
@@ -8,7 +11,7 @@ export function waterfall(data, width) {
   sets.forEach(([key, name, full, pale]) => {
     series.push({
       type: 'bar', stack: key, name, data: data.steps.map((s) => s[key]), itemStyle: { color: full },
-      label: { show: width > 500, position: 'top', distance: 3, formatter: (p) => (typeof p.value === 'number' ? p.value.toFixed(4) : ''), color: ink, fontSize: 11, ...onWhite },
+      label: { show: width > 500, position: 'top', distance: 3, formatter: (p) => (typeof p.value === 'number' ? digits(p.value) : ''), color: ink, fontSize: 11, ...onWhite },
       z: 3,
     });
     series.push({
@@ -37,17 +40,18 @@ const marks = ['circle', 'triangle', 'rect'];  // of the rails: colours are not 
 
 const directions = { min: -2, max: 2, interval: 1, axisLabel: { formatter: (v) => ({ '-1': '-', 0: '0', 1: '+' })[v] ?? '', color: ink, fontSize: 13 } };
 
-function scatterOf(points, rail, isFitted, on) {
+// Of an axis of errors up to `most` mm.
+const errorTick = (most) => (v) => v.toFixed(most >= 0.05 ? 2 : most >= 0.005 ? 3 : 4);
+
+function scatterOf(points, rail, name, isFitted, on) {
   return {
-    type: 'scatter', name: `rail ${rail + 1}`, ...on, data: points, symbol: marks[rail], symbolSize: 6, itemStyle: mark(colours.rails[rail], isFitted),
-    tooltip: { formatter: (p) => `rail ${rail + 1}, ${isFitted ? 'fitted' : 'unseen'}: ${mm(p.value[1])}` },
+    type: 'scatter', name, ...on, data: points, symbol: marks[rail], symbolSize: 6, itemStyle: mark(colours.rails[rail], isFitted),
+    tooltip: { formatter: (p) => `${name}, ${isFitted ? 'fitted' : 'unseen'}: ${mm(p.value[1])}` },
   };
 }
 
-const rails = [0, 1, 2];
-const railNames = rails.map((k) => ({ name: `rail ${k + 1}`, itemStyle: { color: colours.rails[k], opacity: 1 } }));
-
 export function residuals(data, width) {
+  const railNames = data.names.map((name, k) => ({ name, itemStyle: { color: colours.rails[k], opacity: 1 } }));
   const jitter = (i, k) => 0.09 * (k - 1) + 0.05 * (((i * 37) % 11) / 11 - 0.5);
   const axes = [
     ['travel from home [mm]', (r, k) => r.rails[k][0]], ['direction of approach', (r, k, i) => r.rails[k][1] + jitter(i, k)],
@@ -63,10 +67,10 @@ export function residuals(data, width) {
     const n = grid.length, band = Math.floor(a / columns), column = a % columns;
     grid.push({ left: column * cell + 58, top: 30 + (2 * band + s) * (high + 48), width: cell - 72, height: high });
     xAxis.push(axis(name, { gridIndex: n, splitNumber: 3, ...(name.startsWith('direction') ? directions : {}) }));
-    yAxis.push(axis(column === 0 ? state : '', { gridIndex: n, min: -most, max: most, nameGap: 42, axisLabel: { formatter: (v) => v.toFixed(2), showMinLabel: false, showMaxLabel: false, color: ink, fontSize: 11 } }));
-    rails.forEach((k) => [true, false].forEach((isFitted) => {
+    yAxis.push(axis(column === 0 ? state : '', { gridIndex: n, min: -most, max: most, nameGap: 42, axisLabel: { formatter: errorTick(most), showMinLabel: false, showMaxLabel: false, color: ink, fontSize: 11 } }));
+    data.names.forEach((name, k) => [true, false].forEach((isFitted) => {
       const points = data.readings.map((r, i) => [r, i]).filter(([r, i]) => r.fitted === isFitted && x(r, k, i) !== null).map(([r, i]) => [x(r, k, i), r.rails[k][value]]);
-      if (points.length) series.push(scatterOf(points, k, isFitted, { xAxisIndex: n, yAxisIndex: n }));
+      if (points.length) series.push(scatterOf(points, k, name, isFitted, { xAxisIndex: n, yAxisIndex: n }));
     }));
   }));
   return {
@@ -77,14 +81,14 @@ export function residuals(data, width) {
 
 export function effect(data, width) {
   const { legend, top } = legendAbove(['the effect as fitted'], width);
-  const { boxes, height } = panels(width, 3, { least: 240, ratio: 0.8, above: top });
+  const { boxes, height } = panels(width, data.names.length, { least: 240, ratio: 0.8, above: top });
   const discrete = data.axis.startsWith('direction');
   const series = [];
   data.rails.forEach((points, k) => {
     const on = { xAxisIndex: k, yAxisIndex: k };
     [1, 0].forEach((isFitted) => {
       const some = points.filter((p) => p[3] === isFitted);
-      if (some.length) series.push(scatterOf(some, k, isFitted === 1, on));
+      if (some.length) series.push(scatterOf(some, k, data.names[k], isFitted === 1, on));
     });
     const curve = points.map((p) => [p[0], p[2]]).sort((a, b) => a[0] - b[0]);
     if (discrete) {
@@ -103,9 +107,9 @@ export function effect(data, width) {
   return {
     height,
     option: {
-      ...base, grid: boxes, series, legend, title: boxes.map((b, k) => panelTitle(b, `rail ${k + 1}`)),
+      ...base, grid: boxes, series, legend, title: boxes.map((b, k) => panelTitle(b, data.names[k])),
       xAxis: boxes.map((_, k) => axis(data.axis, { gridIndex: k, splitNumber: 4, ...(discrete ? directions : {}) })),
-      yAxis: boxes.map((_, k) => axis(k === 0 || boxes[k].left === boxes[0].left ? 'joint error [mm]' : '', { gridIndex: k, nameGap: 42, min: -most, max: most, axisLabel: { formatter: (v) => v.toFixed(2), showMinLabel: false, showMaxLabel: false, color: ink, fontSize: 11 } })),
+      yAxis: boxes.map((_, k) => axis(k === 0 || boxes[k].left === boxes[0].left ? 'joint error [mm]' : '', { gridIndex: k, nameGap: 42, min: -most, max: most, axisLabel: { formatter: errorTick(most), showMinLabel: false, showMaxLabel: false, color: ink, fontSize: 11 } })),
       tooltip: { ...base.tooltip, trigger: 'item' },
     },
   };
