@@ -6,6 +6,7 @@
 #include "core/calibrate/joint_error.hpp"
 #include "core/error.hpp"
 #include "core/linear/decompositions.hpp"
+#include "core/model/predictor.hpp"
 
 namespace trammel {
 
@@ -58,14 +59,14 @@ Conditions conditions_of(const Move& move, const Displacements& cmd, const Eigen
 }
 
 /// Command that reads `target` with the directions held, from a first guess.
-bool reach(const RobotModel& model, const NominalMachine& built, const Move& move,
+bool reach(const Predictor& expected, const NominalMachine& built, const Move& move,
            const Pose& target, const Eigen::Vector3d& dir, Displacements& cmd) {
   for (int step = 0; step < kMaxSteps; ++step) {
-    const Prediction at = predict(model, conditions_of(move, cmd, dir));
+    const Prediction at = expected.predict(conditions_of(move, cmd, dir));
     if (!at.ok()) return false;
     Eigen::Vector3d missing = target.vector() - at.pose.vector();
     // what the machine does not move, no command changes: a stage's parasitic angle
-    for (int c = model.machine.kind->n_chains; c < 3; ++c) missing[c] = 0;
+    for (int c = built.machine().kind->n_chains; c < 3; ++c) missing[c] = 0;
     if (std::max(missing.head<2>().norm(), kPhiLengthMm * std::abs(missing[2])) <= kReached) {
       return true;
     }
@@ -78,6 +79,7 @@ InverseResult commanded_by_model(const RobotModel& model, const Move& move, cons
   const NominalMachine built(model.machine);
   InverseResult at = built.drives(target);
   if (!at.ok()) return at;
+  const Predictor expected(model);
   const Eigen::Vector3d forced(move.approach[0], move.approach[1], move.approach[2]);
   const auto direction = [&](const Displacements& cmd) -> Eigen::Vector3d {
     return (forced.array() != 0).select(forced, directions_of(cmd - move.from_mm));
@@ -86,7 +88,7 @@ InverseResult commanded_by_model(const RobotModel& model, const Move& move, cons
   Eigen::Vector3d dir = direction(start);
   for (int attempt = 0; attempt < 2; ++attempt) {
     Displacements cmd = start;
-    if (!reach(model, built, move, target, dir, cmd)) {
+    if (!reach(expected, built, move, target, dir, cmd)) {
       at.status = InverseResult::Status::unreachable;
       return at;
     }
@@ -227,8 +229,9 @@ std::vector<JointSample> samples_left(const RobotModel& model, std::span<const R
   std::vector<JointSample> samples;
   const NominalMachine nominal(model.nominal);
   require_all_measured(nominal);
+  const Predictor expected(model);
   for (const Reading& r : readings) {
-    const Prediction at = predict(model, r.conditions);
+    const Prediction at = expected.predict(r.conditions);
     const InverseResult thought = nominal.drives(at.pose);
     if (!at.ok() || !thought.ok()) {
       throw InputError({.what = "the model cannot reach the commanded displacements of a reading",

@@ -10,6 +10,7 @@
 #include "core/linear/products.hpp"
 #include "core/linear/singular_values.hpp"
 #include "core/measure/bad_readings.hpp"
+#include "core/model/predictor.hpp"
 #include "core/statistics/limits.hpp"
 
 namespace trammel {
@@ -109,8 +110,9 @@ std::optional<WhitenedSystem> system_within_reach(const RobotModel& model,
   WhitenedSystem system{Eigen::VectorXd(rows),
                         Eigen::MatrixXd(rows, static_cast<Eigen::Index>(parameters.size()))};
   Eigen::Index row = 0;
+  const Predictor expected(model);
   for (const Reading& reading : readings) {
-    const Prediction at = predict(model, reading.conditions);
+    const Prediction at = expected.predict(reading.conditions);
     if (!at.ok()) return std::nullopt;
     system.residual.segment<3>(row) =
         (reading.measured->vector() - at.pose.vector()).cwiseQuotient(s);
@@ -159,9 +161,11 @@ WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading>
                                const PoseSigma& sigma,
                                const std::vector<FreeParameter>& parameters) {
   for (const Reading& reading : readings) {
-    if (!reading.measured || !predict(model, reading.conditions).ok()) unreachable(reading);
+    if (!reading.measured) unreachable(reading);
   }
-  return *system_within_reach(model, readings, sigma, parameters);
+  if (auto system = system_within_reach(model, readings, sigma, parameters)) return *system;
+  unreachable(*std::ranges::find_if(
+      readings, [&](const Reading& r) { return !predict(model, r.conditions).ok(); }));
 }
 
 void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> readings, double rho) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/predictor.hpp"
 #include "core/statistics/random.hpp"
 #include "core/units.hpp"
 
@@ -24,8 +25,9 @@ Squares squares(const RobotModel& model, std::span<const Reading> readings) {
   Squares s;
   const Coordinates& measured = model.nominal.measured;
   s.share = measured[0] && measured[1] ? 0.5 : 1;
+  const Predictor expected(model);
   for (const Reading& r : readings) {
-    const Prediction at = predict(model, r.conditions);
+    const Prediction at = expected.predict(r.conditions);
     if (!at.ok() || !r.measured) continue;
     Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
     for (int c = 0; c < 3; ++c) {

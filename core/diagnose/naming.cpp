@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/model/predictor.hpp"
+
 namespace trammel {
 
 namespace {
@@ -11,8 +13,9 @@ namespace {
 constexpr int kMostRounds = 6;  // of naming and exact fits: two are the rule
 
 bool reaches(const RobotModel& model, std::span<const Reading> readings) {
+  const Predictor expected(model);
   return std::ranges::all_of(readings,
-                             [&](const Reading& r) { return predict(model, r.conditions).ok(); });
+                             [&](const Reading& r) { return expected.predict(r.conditions).ok(); });
 }
 
 /// The base with the candidate's effects, fitted on the exact model. Values that a wild reading has

@@ -4,6 +4,7 @@
 #include <unsupported/Eigen/SpecialFunctions>
 
 #include "core/linear/decompositions.hpp"
+#include "core/model/predictor.hpp"
 
 namespace trammel {
 
@@ -16,8 +17,9 @@ ResidualSpace bare_space(const GeometryFit& fit, std::span<const Reading> readin
   space.machine = fit.model.nominal;
   space.sigma = sigma;
   space.correlation = correlation;
+  const Predictor expected(fit.model);
   for (const Reading& reading : readings) {
-    space.predictions.push_back(predict(fit.model, reading.conditions));
+    space.predictions.push_back(expected.predict(reading.conditions));
   }
   return space;
 }

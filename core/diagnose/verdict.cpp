@@ -11,6 +11,7 @@
 #include "core/diagnose/noise_floor.hpp"
 #include "core/diagnose/plausible.hpp"
 #include "core/diagnose/unnamed.hpp"
+#include "core/model/predictor.hpp"
 #include "core/statistics/tail.hpp"
 
 namespace trammel {
@@ -103,8 +104,9 @@ bool took_agreement_for_noise(Work& w, const StructureTest& t, double level) {
 
 double chi2_of_unseen(const Work& w, const RobotModel& model) {
   double sum = 0;
+  const Predictor expected(model);
   for (const Reading& r : of_set(w.campaign, ReadingSet::validate)) {
-    const Prediction at = predict(model, r.conditions);
+    const Prediction at = expected.predict(r.conditions);
     if (!at.ok()) return INFINITY;
     const Eigen::Vector3d d = r.measured->vector() - at.pose.vector();
     sum += d.cwiseQuotient(w.out.noise.sigma().of(model.nominal.measured)).squaredNorm();
@@ -118,8 +120,9 @@ double chi2_of_unseen(const Work& w, const RobotModel& model) {
 /// `inadequate` of campaigns (Student's t at each target, times the number of targets).
 std::optional<Finding> reversal_left(const Work& w, const RobotModel& model) {
   std::vector<Reading> left;  // target and what the model leaves there
+  const Predictor expected(model);
   for (Reading r : w.readings) {
-    const Prediction at = predict(model, r.conditions);
+    const Prediction at = expected.predict(r.conditions);
     if (!at.ok()) continue;
     r.measured = Pose::from(r.target.vector() + r.measured->vector() - at.pose.vector());
     left.push_back(std::move(r));

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/model/predictor.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -23,10 +24,10 @@ void stand_on_guides(const Machine& nominal, const Displacements& home_mm, Momen
   }
 }
 
-Moment moment_under(const RobotModel& model, const Conditions& at, const MachineAt& found) {
+Moment moment_under(const RobotModel& model, const Displacements& home_mm, const Conditions& at,
+                    const MachineAt& found) {
   Moment m;
   m.l_mm = at.cmd_mm;
-  const Displacements home_mm = drives_of(model.nominal, model.nominal.home);
   m.s_mm = at.cmd_mm - home_mm;
   m.travel_mm = at.cmd_mm - at.from_mm;
   m.direction = directions_of(m.travel_mm);
@@ -41,22 +42,6 @@ Moment moment_under(const RobotModel& model, const Conditions& at, const Machine
   m.J_V = found.J_V;
   stand_on_guides(model.nominal, home_mm, m);
   return m;
-}
-
-Prediction moment_at(const MachineSolver& solver, const RobotModel& model,
-                     const Conditions& conditions) {
-  const MachineKind& kind = *model.nominal.kind;
-  Prediction result;
-  result.columns = &chain_columns(kind);
-  result.J_e = ParameterColumns::Zero(3, std::ssize(parameters_of(kind)));
-  const EpochShift shift = shift_of(model.epochs, conditions.epoch);
-  const MachineAt at = solver.at(conditions.cmd_mm + shift.l_zero_mm, model.nominal.home, true);
-  result.status = at.status;
-  if (!at.ok()) return result;
-  result.pose = at.pose;
-  result.moment = moment_under(model, conditions, at);
-  result.J_e = at.J_e;
-  return result;
 }
 
 }  // namespace
@@ -77,26 +62,45 @@ bool recorded(const Effect& effect, const Moment& moment) {
   return true;
 }
 
-Prediction moment_of(const RobotModel& model, const Conditions& conditions) {
-  return moment_at(MachineSolver(model.machine), model, conditions);
+Predictor::Predictor(const RobotModel& model)
+    : model_(model),
+      solver_(model.machine),
+      home_mm_(drives_of(model.nominal, model.nominal.home)) {}
+
+Prediction Predictor::moment_of(const Conditions& conditions) const {
+  const MachineKind& kind = *model_.nominal.kind;
+  Prediction result;
+  result.columns = &chain_columns(kind);
+  result.J_e = ParameterColumns::Zero(3, std::ssize(parameters_of(kind)));
+  const EpochShift shift = shift_of(model_.epochs, conditions.epoch);
+  const MachineAt at = solver_.at(conditions.cmd_mm + shift.l_zero_mm, model_.nominal.home, true);
+  result.status = at.status;
+  if (!at.ok()) return result;
+  result.pose = at.pose;
+  result.moment = moment_under(model_, home_mm_, conditions, at);
+  result.J_e = at.J_e;
+  return result;
 }
 
-Prediction predict(const RobotModel& model, const Conditions& conditions) {
-  MachineSolver solver(model.machine);
-  Prediction result = moment_at(solver, model, conditions);
+Prediction Predictor::predict(const Conditions& conditions) const {
+  Prediction result = moment_of(conditions);
   if (!result.ok()) return result;
   Deviation sum;
-  for (const ActiveEffect& active : model.effects) {
+  for (const ActiveEffect& active : model_.effects) {
     if (!recorded(*active.effect, result.moment)) continue;
     for (int k = 0; k < active.values.size(); ++k) {
       if (active.values[k] != 0) sum += active.values[k] * active.effect->basis(result.moment, k);
     }
   }
-  const EpochShift shift = shift_of(model.epochs, conditions.epoch);
-  if (!model.effects.empty()) {
-    solver.move_guides(sum.dh_mm);
-    const MachineAt at =
-        solver.at(conditions.cmd_mm + shift.l_zero_mm + sum.dl_mm, result.pose, false);
+  const EpochShift shift = shift_of(model_.epochs, conditions.epoch);
+  if (!model_.effects.empty()) {
+    const Displacements l_mm = conditions.cmd_mm + shift.l_zero_mm + sum.dl_mm;
+    const auto moved = [&] {
+      MachineSolver bent = solver_;
+      bent.move_guides(sum.dh_mm);
+      return bent.at(l_mm, result.pose, false);
+    };
+    const MachineAt at = sum.dh_mm.isZero(0) ? solver_.at(l_mm, result.pose, false) : moved();
     result.status = at.status;
     if (!at.ok()) return result;
     result.pose = at.pose;
@@ -104,6 +108,14 @@ Prediction predict(const RobotModel& model, const Conditions& conditions) {
   }
   result.pose = Pose::from(in_frame(shift.frame, result.pose).vector() + sum.dX);
   return result;
+}
+
+Prediction moment_of(const RobotModel& model, const Conditions& conditions) {
+  return Predictor(model).moment_of(conditions);
+}
+
+Prediction predict(const RobotModel& model, const Conditions& conditions) {
+  return Predictor(model).predict(conditions);
 }
 
 Eigen::Vector3d response(const Prediction& at, const Deviation& d) {
