@@ -14,6 +14,7 @@
 #include "app/job/controller_tables.hpp"
 #include "app/job/fitted_range.hpp"
 #include "app/job/model_json.hpp"
+#include "app/job/plane_table.hpp"
 #include "app/job/run.hpp"
 #include "app/terminal/table.hpp"
 #include "core/mechanism/machine_kinematics.hpp"
@@ -27,6 +28,8 @@ namespace trammel::cli {
 namespace {
 
 using job::StoredModel;
+
+constexpr const char* kPlaneFormat = "aerotech-2d";
 
 /// Under what the model is asked.
 struct Circumstances {
@@ -265,9 +268,35 @@ Json export_table(store::Connection& db, const StoredModel& model, const ExportO
           {"words", table_words(db, model, table, options)}};
 }
 
+Json error_row(std::size_t knots, const TableError& before, const TableError& left,
+               const TableError& grid) {
+  return {{"knots", knots},
+          {"before_max_mm", before.max_mm},
+          {"left_rms_mm", left.rms_mm},
+          {"left_max_mm", left.max_mm},
+          {"grid_max_mm", grid.max_mm}};
+}
+
+/// A file for a controller that corrects a stage's two axes by where both stand.
+Json export_plane(const Correction& correction, const Machine& machine,
+                  const ExportOptions& options, Existing existing) {
+  const job::PlaneTable table =
+      job::plane_table(correction, machine, request_of(options), options.knot_mm);
+  const job::ControllerFile file = job::aerotech_file(table, options.file);
+  if (!options.dry_run) write_output(file.name, file.text, existing);
+  Json drives = Json::array();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    drives.push_back(
+        error_row(table.values_mm.size(), table.before[axis], table.left[axis], table.grid[axis]));
+  }
+  return {{"kind", options.format}, {"files", {file.name}}, {"n_targets", table.values_mm.size()},
+          {"n_unreachable", 0},     {"drives", drives},     {"words", job::table_words(table)}};
+}
+
 /// Files for a controller that corrects each drive by its own position, from any correction.
 Json export_controller(const Correction& correction, const Machine& machine,
                        const ExportOptions& options, Existing existing) {
+  if (options.format == kPlaneFormat) return export_plane(correction, machine, options, existing);
   const bool linuxcnc = options.format == "linuxcnc";
   const job::ControllerTables tables =
       job::controller_tables(correction, machine, request_of(options), options.knot_mm);
@@ -280,11 +309,7 @@ Json export_controller(const Correction& correction, const Machine& machine,
     names.push_back(file.name);
   }
   for (const job::DriveTables& d : tables.drives) {
-    drives.push_back({{"knots", d.forward.values_mm.size()},
-                      {"before_max_mm", d.before.max_mm},
-                      {"left_rms_mm", d.left.rms_mm},
-                      {"left_max_mm", d.left.max_mm},
-                      {"grid_max_mm", d.grid.max_mm}});
+    drives.push_back(error_row(d.forward.values_mm.size(), d.before, d.left, d.grid));
   }
   Json done = {{"kind", options.format},
                {"files", names},
@@ -325,17 +350,17 @@ std::string format_of(const ExportOptions& options) {
                     .where = {.field = "--out"},
                     .got = options.file,
                     .expected = "NAME.csv for a compensation table, NAME.json for the model",
-                    .hint = "--format linuxcnc or aerotech for controllers"});
+                    .hint = "--format linuxcnc, aerotech or aerotech-2d for controllers"});
 }
 
 ExitCode run_export(const ExportOptions& given, Context& context) {
   ExportOptions options = given;
   options.format = format_of(given);
-  const bool controller = options.format == "linuxcnc" || options.format == "aerotech";
+  const bool controller = options.format != "csv" && options.format != "json";
   if (!options.job.empty() && !controller) {
     throw UsageError({.what = "a job's correction is written for controllers alone",
                       .where = {.field = "--job"},
-                      .expected = "--format linuxcnc or aerotech"});
+                      .expected = "--format linuxcnc, aerotech or aerotech-2d"});
   }
   store::Connection db = store::open(context.db(), store::Access::read_only);
   const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
@@ -400,11 +425,12 @@ void setup_export(Command model, Context& context) {
       .required()
       .type("FILE");
   c.option("--format", o->format,
-           "csv: commands for a grid of targets; json: model/1; linuxcnc, aerotech: a table for "
+           "csv: commands for a grid of targets; json: model/1; aerotech-2d: a table over the "
+           "plane of an XY stage; linuxcnc, aerotech: a table for "
            "each drive (as the file's ending says)")
-      .one_of({"csv", "json", "linuxcnc", "aerotech"});
-  c.option("--job", o->job, "linuxcnc, aerotech: this job's correction, whatever its method");
-  c.option("--knot-mm", o->knot_mm, "linuxcnc, aerotech: between knots of a drive's table")
+      .one_of({"csv", "json", "linuxcnc", "aerotech", kPlaneFormat});
+  c.option("--job", o->job, "controllers: this job's correction, whatever its method");
+  c.option("--knot-mm", o->knot_mm, "controllers: between knots of a table")
       .positive()
       .shown_default();
   c.option("--step-mm", o->grid.step_mm, "Of the targets").shown_default();

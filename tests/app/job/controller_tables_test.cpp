@@ -3,6 +3,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "app/job/plane_table.hpp"
 #include "core/units.hpp"
 #include "tests/support/catch.hpp"
 
@@ -101,4 +102,73 @@ TEST_CASE(
   first.precision(6);
   first << "\n" << (d.forward.values_mm[0] + d.reverse.values_mm[0]) / 2 << "\n";
   CHECK_THAT(cal, Contains(first.str()));
+}
+
+namespace {
+
+/// An XY stage out of square, its x screw long and its y guide bent.
+RobotModel wrong_stage() {
+  RobotModel robot = nominal_model(starting_machine("XY"));
+  robot.machine.chains[0][0] += 2e-4;  // the direction of an axis, rad
+  robot.effects = {{&find_effect("lead_scale"), Eigen::Vector3d(0.0004, 0, 0)},
+                   {&find_effect("guide_bow"), Eigen::Vector3d(0, 2e-6, 0)},
+                   {&find_effect("backlash"), Eigen::Vector3d(0.004, 0, 0)}};
+  return robot;
+}
+
+}  // namespace
+
+TEST_CASE("a table over the plane carries what depends on both axes, to half the reversal",
+          "[job]") {
+  const RobotModel robot = wrong_stage();
+  const PlaneTable table =
+      plane_table(ModelCorrection{robot}, robot.nominal, {.half_width_mm = 80}, 10);
+  CHECK(table.side == 17);
+  CHECK_THAT(table.directions_mm, WithinAbs(0.004, 1e-5));
+  for (const std::size_t axis : {0U, 1U}) {
+    CHECK(table.before[axis].max_mm > 0.01);
+    CHECK(table.grid[axis].max_mm < 1e-4);  // a parabola of 2e-6 / mm between nodes: 5e-5 mm
+    CHECK(table.left[axis].max_mm < 0.0021);
+  }
+  // Tables of each axis alone leave what the other axis does.
+  const ControllerTables alone =
+      controller_tables(ModelCorrection{robot}, robot.nominal, {.half_width_mm = 80}, 10);
+  CHECK(alone.drives[1].left.max_mm + alone.drives[0].left.max_mm >
+        2 * (table.left[0].max_mm + table.left[1].max_mm));
+  // The stage under the table stands on its targets, from either side to half the reversal.
+  for (const int direction : {1, -1}) {
+    Conditions c;
+    c.cmd_mm = drives_of(robot.nominal, {37, -61, 0});
+    c.cmd_mm.head<2>() += table.at(37, -61);
+    c.from_mm = c.cmd_mm - Displacements::Constant(direction);
+    const Prediction at = predict(robot, c);
+    REQUIRE(at.ok());
+    CHECK(std::hypot(at.pose.x_mm - 37, at.pose.y_mm + 61) < 0.0021);
+  }
+}
+
+TEST_CASE("Aerotech's 2D file is rows of pairs, and only an XY stage has one", "[job]") {
+  const RobotModel robot = wrong_stage();
+  const PlaneTable table =
+      plane_table(ModelCorrection{robot}, robot.nominal, {.half_width_mm = 20}, 10);
+  std::istringstream text(aerotech_file(table, "stage.cal").text);
+  std::string line;
+  int rows = 0;
+  while (std::getline(text, line)) {
+    if (line.starts_with("'") || line.starts_with(":")) continue;
+    std::istringstream numbers(line);
+    Eigen::Vector2d v;
+    for (int column = 0; column < table.side; ++column) {
+      REQUIRE((numbers >> v[0] >> v[1]));
+      CHECK((v - table.values_mm[static_cast<std::size_t>(rows * 5 + column)]).norm() < 1e-6);
+    }
+    ++rows;
+  }
+  CHECK(rows == 5);
+  CHECK_THROWS_AS(plane_table(ModelCorrection{wrong_drives()}, paper_mechanism(), {}, 10),
+                  InputError);
+  CHECK_THROWS_AS(plane_table(ModelCorrection{robot}, robot.nominal, {.half_width_mm = 4000}, 10),
+                  InputError);  // too many nodes
+  CHECK_THROWS_AS(plane_table(ModelCorrection{robot}, robot.nominal, {.half_width_mm = 1500}, 10),
+                  InputError);  // beyond the stroke
 }
