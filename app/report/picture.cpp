@@ -120,7 +120,7 @@ std::string trimmed(std::string line) {
 }
 
 std::string judged_words(const ErrorTable& table) {
-  return fmt::format("{}, {} points", name_of(table.standing), table.before.n);
+  return fmt::format("{}, {}", name_of(table.standing), points_in_words(table.before.n));
 }
 
 /// What a bar measures.

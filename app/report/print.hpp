@@ -11,6 +11,11 @@ namespace trammel::report {
 /// The fields of "trammel/report/1".
 nlohmann::ordered_json to_json(const Report& report);
 
+/// "1 point", "48 points".
+inline std::string points_in_words(std::size_t n) {
+  return std::to_string(n) + (n == 1 ? " point" : " points");
+}
+
 /// What a text is written on.
 struct Page {
   Glyphs glyphs = Glyphs::blocks;

@@ -118,15 +118,15 @@ std::string demand_text(const Report& report) {
           "perfect reading ({:.4f} mm)\n",
           d.improvement_pct, d.floor_ratio, d.floor_ratio * *report.floor_mean_mm);
     }
-    text +=
-        fmt::format("  {} points, {}, {}: {}, {:.2f} x a perfect reading: {}{}\n", table.before.n,
-                    name_of(table.standing), table.after_predicted ? "predicted" : "measured again",
-                    percent(table.improvement_pct), table.after.mean / *report.floor_mean_mm,
-                    d.reached ? "reached" : "not reached",
-                    d.within_reach() ? ""
-                                     : fmt::format(" (by the second alone: from this baseline a "
-                                                   "perfect robot shows {})",
-                                                   percent(d.perfect_pct)));
+    text += fmt::format(
+        "  {}, {}, {}: {}, {:.2f} x a perfect reading: {}{}\n", points_in_words(table.before.n),
+        name_of(table.standing), table.after_predicted ? "predicted" : "measured again",
+        percent(table.improvement_pct), table.after.mean / *report.floor_mean_mm,
+        d.reached ? "reached" : "not reached",
+        d.within_reach() ? ""
+                         : fmt::format(" (by the second alone: from this baseline a "
+                                       "perfect robot shows {})",
+                                       percent(d.perfect_pct)));
   }
   return text.empty() ? text : "\n" + text;
 }
@@ -170,9 +170,9 @@ std::string circles_text(const CircleTable& circles,
                         deviation_columns(*printed));
   }
   for (const ErrorTable& e : circles.errors) {
-    text += fmt::format("position error of {} points, {}: mean {:.4f} -> {:.4f} mm{}\n", e.before.n,
-                        name_of(e.standing), e.before.mean, e.after.mean,
-                        e.improvement_pct ? ", " + percent(e.improvement_pct) : "");
+    text += fmt::format("position error of {}, {}: mean {:.4f} -> {:.4f} mm{}\n",
+                        points_in_words(e.before.n), name_of(e.standing), e.before.mean,
+                        e.after.mean, e.improvement_pct ? ", " + percent(e.improvement_pct) : "");
   }
   return text;
 }

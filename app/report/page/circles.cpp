@@ -7,6 +7,7 @@
 
 #include "app/files/numbers.hpp"
 #include "app/report/page/source.hpp"
+#include "app/report/print.hpp"
 #include "core/judge/deviation.hpp"
 
 namespace trammel::report {
@@ -69,7 +70,7 @@ Json circle_section(const Source& source) {
   }
   std::string judged;
   for (const Comparison& c : source.circles) {
-    judged += fmt::format("{} points {}, ", c.paired.pairs.size(), name_of(c.standing));
+    judged += fmt::format("{} {}, ", points_in_words(c.paired.pairs.size()), name_of(c.standing));
   }
   const Comparison& first = source.circles.front();
   judged += fmt::format("after: {}, {}", method_words(method_of(*first.job)),

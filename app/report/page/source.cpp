@@ -38,7 +38,8 @@ const char* standing_words(Standing standing) {
 }  // namespace
 
 std::string set_words(const Comparison& c) {
-  return fmt::format("{} points, {}, after {}", c.paired.pairs.size(), standing_words(c.standing),
+  return fmt::format("{}, {}, after {}", points_in_words(c.paired.pairs.size()),
+                     standing_words(c.standing),
                      c.paired.predicted ? "predicted from the readings before" : "measured again");
 }
 
@@ -56,8 +57,8 @@ Json table_beside_paper(const Source& source, const FigureHead& head,
 }
 
 std::string words_of(const Comparison& c) {
-  return fmt::format("{}, {} points, {}", method_words(method_of(*c.job)), c.paired.pairs.size(),
-                     name_of(c.standing));
+  return fmt::format("{}, {}, {}", method_words(method_of(*c.job)),
+                     points_in_words(c.paired.pairs.size()), name_of(c.standing));
 }
 
 const Comparison* headline(const Source& source) {

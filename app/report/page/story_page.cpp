@@ -9,6 +9,7 @@
 #include "app/job/next_points_plan.hpp"
 #include "app/report/from_job.hpp"
 #include "app/report/page/source.hpp"
+#include "app/report/print.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/mechanism/displacements.hpp"
 #include "core/units.hpp"
@@ -30,7 +31,8 @@ std::string joined(const Json& names, const char* between) {
 std::string points_words(const std::vector<PointsOf>& points) {
   std::string text;
   for (const PointsOf& p : points) {
-    text += fmt::format("{}{} points of {}", text.empty() ? "" : ", ", p.n, p.session);
+    text += fmt::format("{}{} of {}", text.empty() ? "" : ", ",
+                        points_in_words(static_cast<std::size_t>(p.n)), p.session);
   }
   return text.empty() ? "no new points" : text;
 }
