@@ -209,8 +209,8 @@ class Formatter final : public CLI::Formatter {
     label("SUBCOMMAND", "COMMAND");
     label("Positionals", "Arguments");
   }
-  std::string make_option(const CLI::Option* option, bool) const override {
-    return option_help(handle(option));
+  std::string make_option(const CLI::Option* option, bool as_argument) const override {
+    return option_help(handle(option), as_argument);
   }
   std::string make_option_usage(const CLI::Option* option) const override {
     return positional_usage(handle(option));

@@ -53,10 +53,10 @@ std::string two_columns(const std::string& left, const std::string& right) {
 
 }  // namespace
 
-std::string option_help(Option option) {
+std::string option_help(Option option, bool as_argument) {
   const std::string more = option.takes_many() ? " ..." : "";
   const std::string value = value_name(option);
-  if (option.is_positional()) return two_columns(value + more, described(option));
+  if (as_argument) return two_columns(value + more, described(option));
   std::string values;
   for (int k = 0; k < std::max(option.expected_min(), 1) && !value.empty(); ++k) {
     values += " " + value;

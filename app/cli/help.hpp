@@ -8,7 +8,8 @@
 
 namespace trammel::cli {
 
-std::string option_help(Option option);
+/// `as_argument`: among those; an option that may also stand as one is in both lists.
+std::string option_help(Option option, bool as_argument);
 std::string positional_usage(Option option);
 std::string command_help(const std::string& name, const std::string& description);
 std::string description_help(const std::string& description);
