@@ -15,6 +15,9 @@ namespace trammel {
 namespace {
 
 constexpr std::array<double, 4> kMedianChi2 = {1, 0.454936, 1.386294, 2.36597};
+/// Variance of chi^2(k) / k over that of its median as an estimate of scale, n large: the share of
+/// the degrees of freedom that a median of distances has.
+constexpr std::array<double, 4> kOfMedian = {1, 0.37, 0.48, 0.53};
 constexpr double kTenSigmasSquared = 100;
 
 /// d_i = r_loo' (I + A_loo)^-1 r_loo, chi^2 of its coordinates for a good reading: its residual
@@ -51,6 +54,7 @@ Eigen::MatrixXd all_columns(const ResidualSpace& space, const Eigen::MatrixXd& s
 struct RobustFit {
   Eigen::VectorXd distance;  // d_i over the robust scale
   Eigen::VectorXd residual;
+  double degrees = 0;  // of freedom that its scale stands on
 };
 
 /// Base and catalogue by iterated reweighting: a reading d sigmas off weighs min(1, 3 / d) squared
@@ -73,6 +77,8 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
     fit.distance /=
         median(fit.distance) / kMedianChi2[static_cast<std::size_t>(space.coordinates())];
     fit.residual = r;
+    fit.degrees = kOfMedian[static_cast<std::size_t>(space.coordinates())] *
+                  static_cast<double>(space.coordinates() * n - U.cols());
     for (Eigen::Index i = 0; i < n; ++i)
       weight[i] = std::min(1.0, 3.0 / std::sqrt(fit.distance[i]));
   }
@@ -104,10 +110,13 @@ bool heavier_than_normal(const ResidualSpace& space, const RobustFit& fit, doubl
   return tail_weight(space, fit, threshold) > (moderate ? 2 : 4);
 }
 
-/// Squared sigmas beyond which one of n normal readings lies in a share kFalseOutlier of campaigns.
-double far_for(const ResidualSpace& space) {
-  return chi2_limit(kFalseOutlier / static_cast<double>(space.readings.size()),
-                    space.coordinates());
+/// Squared scales beyond which one of n normal readings lies in a share kFalseOutlier of campaigns;
+/// on few readings the scale is uncertain itself.
+double far_for(const ResidualSpace& space, const RobustFit& fit) {
+  const double p = kFalseOutlier / static_cast<double>(space.readings.size());
+  const int k = space.coordinates();
+  if (fit.degrees < 1) return INFINITY;
+  return k * variance_ratio_limit(p, k, fit.degrees);
 }
 
 /// Readings that follow one another: most of those flagged stand next to another one. Single bad
@@ -160,7 +169,7 @@ bool other_size(double ratio, double dof, double noise_dof) {
 
 std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
   const RobustFit fit = robust_fit(space, all_columns(space, signals));
-  const double normal = far_for(space);
+  const double normal = far_for(space, fit);
   if (!heavier_than_normal(space, fit, normal)) return std::nullopt;
   // P(|t_3| > x) -> 4 sqrt(3) / (pi x^3) = 2.205 / x^3 for large x, for each coordinate
   const int coordinates = space.coordinates();
@@ -189,7 +198,7 @@ std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::Matrix
 std::vector<std::size_t> bad_readings(const ResidualSpace& space, const Eigen::MatrixXd& signals) {
   const RobustFit fit = robust_fit(space, all_columns(space, signals));
   const auto n = static_cast<double>(space.readings.size());
-  double threshold = far_for(space);
+  double threshold = far_for(space, fit);
   if (heavier_than_normal(space, fit, threshold)) threshold = kTenSigmasSquared;
   std::vector<std::size_t> bad;
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {

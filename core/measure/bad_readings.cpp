@@ -28,6 +28,10 @@ constexpr std::array<double, 3> kLeastFar = {0.05, 0.05, rad_from_deg(0.02)};  /
 constexpr double kOtherTargetMm = 0.1;
 constexpr double kOtherTargetRad = rad_from_deg(0.1);
 
+constexpr double kNearScales = 6;    // what is farther says nothing of the tails of the rest
+constexpr double kHeavyTails = 4;    // standard errors of the excess kurtosis, sqrt(24 / n)
+constexpr double kFalseFar = 0.005;  // of campaigns with Student's noise of 3 degrees
+
 using Rows = std::vector<const Reading*>;
 
 Eigen::Vector3d deviation_of(const Reading& r) {
@@ -113,6 +117,27 @@ Eigen::MatrixXd left_of_most(const Eigen::MatrixXd& A, const Eigen::MatrixXd& of
   return left;
 }
 
+/// Scales beyond which a coordinate is far: kFarTimes, but where what lies near has heavier tails
+/// than a normal distribution as far as Student's t of 3 degrees goes in kFalseFar of campaigns:
+///   P(|t| > x) -> 4 sqrt(3) / (pi x^3) = 2.205 / x^3, and its robust scale is 1.134
+double far_times(const Field& f) {
+  double n = 0, squares = 0, fourths = 0;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    for (Eigen::Index k = 0; k < f.left.rows(); ++k) {
+      const double u = f.left(k, c) / std::max(f.sigma[c], kTinyScale);
+      if (std::abs(u) > kNearScales) continue;
+      n += 1;
+      squares += u * u;
+      fourths += u * u * u * u;
+    }
+  }
+  if (squares == 0) return kFarTimes;
+  const double excess = fourths * n / (squares * squares) - 3;
+  if (excess < kHeavyTails * std::sqrt(24 / n)) return kFarTimes;
+  const auto coordinates = static_cast<double>(f.left.size());
+  return std::max(kFarTimes, std::cbrt(2.205 * coordinates / kFalseFar) / 1.134);
+}
+
 Field field_of(const Rows& rows) {
   Field f{.rows = rows};
   const auto n = static_cast<Eigen::Index>(rows.size());
@@ -129,9 +154,10 @@ Field field_of(const Rows& rows) {
   f.keep.assign(rows.size(), true);
   for (int round = 0; round < kRounds; ++round) {
     std::vector<bool> keep(rows.size(), true);
+    for (int c = 0; c < 3; ++c) f.sigma[c] = sigma_of(f.left.col(c), f.keep);
+    const double times = far_times(f);
     for (int c = 0; c < 3; ++c) {
-      f.sigma[c] = sigma_of(f.left.col(c), f.keep);
-      const double limit = std::max(kFarTimes * f.sigma[c], kLeastFar[static_cast<std::size_t>(c)]);
+      const double limit = std::max(times * f.sigma[c], kLeastFar[static_cast<std::size_t>(c)]);
       for (Eigen::Index k = 0; k < n; ++k) {
         if (std::abs(f.left(k, c)) > limit) keep[static_cast<std::size_t>(k)] = false;
       }

@@ -14,9 +14,10 @@ namespace trammel {
 /// about that place (far). For the last a smooth field, cubic in x and y and with phi where it
 /// varies, is fitted to the deviations of each epoch's readings, by least absolute deviations
 /// first, then by least squares without those beyond kFarTimes of the robust scale of what is left,
-/// until they are the same; a reading is far when a coordinate stays beyond kFarTimes of both that
-/// scale and the stated sigma: geometry, effects and directions widen the scale, tails of noise
-/// (Student's t of 3 degrees passes 25 scales once in 13,000 times a coordinate) hardly reach it.
+/// until they are the same; a reading is far when a coordinate stays beyond kFarTimes of that
+/// scale: geometry, effects and directions widen it. Where what lies near has heavy tails itself
+/// (Student's t of 3 degrees passes 25 scales once in 13,000 times a coordinate) it is far beyond
+/// some 60.
 /// What a calibration's own residuals name lies nearer. One Suspicion for each reading and kind.
 /// Proof: tests/core/measure/screen_test.cpp.
 std::vector<Suspicion> bad_readings(const Campaign& campaign);
