@@ -175,6 +175,10 @@ void Link::fail(const std::string& doing, const pg_result* result) const {
 }
 
 std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::string>& values) {
+  return table(sql, values).rows;
+}
+
+Link::Table Link::table(const std::string& sql, const std::vector<std::string>& values) {
   std::vector<const char*> parameters;
   for (const std::string& value : values) parameters.push_back(value.c_str());
   const Result result(
@@ -182,7 +186,13 @@ std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::
                    parameters.data(), nullptr, nullptr, 0),
       PQclear);
   if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) fail("the archive refused", result.get());
-  std::vector<Row> rows(static_cast<std::size_t>(PQntuples(result.get())));
+  Table table;
+  for (int column = 0; column < PQnfields(result.get()); ++column) {
+    table.columns.emplace_back(PQfname(result.get(), column));
+    table.types.push_back(PQftype(result.get(), column));
+  }
+  auto& rows = table.rows;
+  rows.resize(static_cast<std::size_t>(PQntuples(result.get())));
   for (int row = 0; row < PQntuples(result.get()); ++row) {
     for (int column = 0; column < PQnfields(result.get()); ++column) {
       auto& cell = rows[static_cast<std::size_t>(row)].emplace_back();
@@ -192,7 +202,7 @@ std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::
       }
     }
   }
-  return rows;
+  return table;
 }
 
 void Link::run(const std::string& sql) {

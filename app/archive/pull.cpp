@@ -14,32 +14,51 @@ std::string_view required(const std::optional<std::string_view>& field) {
 
 store::Blob blob_of(std::string_view field) { return {field.begin(), field.end()}; }
 
-void pull_rows(Link& link, const std::string& station, const store::RefillStep& step,
-               store::Refill& refill) {
-  link.copy_out(
-      "COPY (SELECT r.row_ids, r.n_rows, r.bytes, r.sha256 FROM "
-      "trammel.archive_row AS r JOIN trammel.campaign_head USING (campaign) WHERE station = " +
-          link.quoted(station) + " AND table_name = " + link.quoted(step.table) +
-          " ORDER BY r.row_ids) TO STDOUT (FORMAT binary)",
-      [&](const Link::Fields& fields) {
-        store::CanonicalRow row{.table = step.table,
-                                .key = {},
-                                .ids = array_of(required(fields.at(0))),
-                                .n_rows = {},
-                                .bytes = std::string(required(fields.at(2)))};
-        for (const std::int64_t n : array_of(required(fields.at(1)))) {
-          row.n_rows.push_back(static_cast<std::int32_t>(n));
-        }
-        refill.add(row, blob_of(required(fields.at(3))), step.parts);
-      });
+/// The condition on rows with a column campaign.
+std::string of_campaigns(const Link& link, const Wanted& wanted) {
+  return " campaign IN (SELECT " +
+         (wanted.campaign.empty()
+              ? "campaign FROM trammel.campaign_head WHERE station = " + link.quoted(wanted.station)
+              : "trammel.needed_by(" + link.quoted(wanted.campaign) + ")") +
+         ") ";
 }
 
-void pull_readings(Link& link, const std::string& station, store::Refill& refill) {
+/// Workers' jobs that the station has not under their key and run: the first of each, numbered on.
+std::string results(const Link& link, const Wanted& wanted) {
+  return " UNION ALL SELECT ARRAY[row_number() OVER (ORDER BY id) + (SELECT max(row_ids[1]) FROM "
+         "trammel.archive_row AS r WHERE r.table_name = 'job' AND" +
+         of_campaigns(link, wanted) +
+         ")], n_rows, bytes, sha256 FROM (SELECT DISTINCT ON (row_key) * FROM trammel.result AS w "
+         "WHERE" +
+         of_campaigns(link, wanted) +
+         "AND NOT EXISTS (SELECT 1 FROM trammel.archive_row AS r WHERE r.campaign = w.campaign AND "
+         "r.table_name = 'job' AND r.row_key = w.row_key) ORDER BY row_key, id) AS found";
+}
+
+void pull_rows(Link& link, const Wanted& wanted, const store::RefillStep& step,
+               store::Refill& refill) {
+  const bool more = wanted.with_results && std::string_view(step.table) == "job";
+  link.copy_out("COPY (SELECT row_ids, n_rows, bytes, sha256 FROM trammel.archive_row WHERE" +
+                    of_campaigns(link, wanted) + "AND table_name = " + link.quoted(step.table) +
+                    (more ? results(link, wanted) : "") + " ORDER BY 1) TO STDOUT (FORMAT binary)",
+                [&](const Link::Fields& fields) {
+                  store::CanonicalRow row{.table = step.table,
+                                          .key = {},
+                                          .ids = array_of(required(fields.at(0))),
+                                          .n_rows = {},
+                                          .bytes = std::string(required(fields.at(2)))};
+                  for (const std::int64_t n : array_of(required(fields.at(1)))) {
+                    row.n_rows.push_back(static_cast<std::int32_t>(n));
+                  }
+                  refill.add(row, blob_of(required(fields.at(3))), step.parts);
+                });
+}
+
+void pull_readings(Link& link, const Wanted& wanted, store::Refill& refill) {
   link.copy_out(
       "COPY (SELECT r.campaign, r.row_id, trammel.bytes_of(r), r.sha256 FROM "
-      "trammel.reading AS r JOIN trammel.campaign_head USING (campaign) "
-      "WHERE station = " +
-          link.quoted(station) + " ORDER BY r.row_id) TO STDOUT (FORMAT binary)",
+      "trammel.reading AS r WHERE" +
+          of_campaigns(link, wanted) + "ORDER BY r.row_id) TO STDOUT (FORMAT binary)",
       [&](const Link::Fields& fields) {
         refill.add({.campaign = std::string(required(fields.at(0))),
                     .id = integer_of(required(fields.at(1))),
@@ -50,21 +69,21 @@ void pull_readings(Link& link, const std::string& station, store::Refill& refill
 
 }  // namespace
 
-store::CheckReport pull(Link& link, const std::string& station, const std::filesystem::path& to) {
+store::CheckReport pull(Link& link, const Wanted& wanted, const std::filesystem::path& to) {
   store::Refill refill(to);
   Link::Transaction transaction(link);
   link.run("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ READ ONLY");
-  if (link.ask("SELECT 1 FROM trammel.campaign_head WHERE station = $1 LIMIT 1", {station})
+  if (link.ask("SELECT 1 FROM trammel.campaign_head WHERE station = $1 LIMIT 1", {wanted.station})
           .empty()) {
     throw NotFoundError({.what = "the archive has nothing of this station",
-                         .where = {.field = station},
+                         .where = {.field = wanted.station},
                          .hint = "see `trammel archive status`"});
   }
   for (const store::RefillStep& step : store::kRefillOrder) {
     if (std::string_view(step.table) == "reading") {
-      pull_readings(link, station, refill);
+      pull_readings(link, wanted, refill);
     } else {
-      pull_rows(link, station, step, refill);
+      pull_rows(link, wanted, step, refill);
     }
   }
   return refill.finish();

@@ -178,9 +178,14 @@ Json changed_parts(const store::JobKey& then, const store::JobKey& now) {
   return changed;
 }
 
+std::string outcome_text(const store::NewJob& job) {
+  Json result = Json::parse(store::canonical_json(job.result_json, "result"));
+  result.erase("timing");
+  return result.dump() + "\n" + statistics_json(job.statistics).dump();
+}
+
 bool same_outcome(const store::NewJob& a, const store::NewJob& b) {
-  return same_result(a.result_json, b.result_json) &&
-         statistics_json(a.statistics) == statistics_json(b.statistics);
+  return outcome_text(a) == outcome_text(b);
 }
 
 Json job_differences(store::Connection& connection, const store::Job& a, const store::Job& b) {
