@@ -25,7 +25,7 @@ constexpr std::array<std::array<const char*, 2>, 7> kPatience = {{{"connect_time
 // 10^7 readings takes minutes), a transaction in which we are silent after two minutes.
 constexpr const char* kServerPatience =
     "SET statement_timeout = '1h'; SET idle_in_transaction_session_timeout = '2min'; "
-    "SET lock_timeout = '1min'; SET search_path = pg_catalog, pg_temp";
+    "SET lock_timeout = '1min'; SET jit = off; SET search_path = pg_catalog, pg_temp";
 
 constexpr std::size_t kCopyBytes = 256 * 1024;  // sent at once
 constexpr std::string_view kCopyHeader{"PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0\0", 19};

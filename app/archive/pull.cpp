@@ -1,5 +1,7 @@
 #include "app/archive/pull.hpp"
 
+#include <map>
+
 #include "store/refill.hpp"
 
 namespace trammel::archive {
@@ -25,7 +27,8 @@ std::string of_campaigns(const Link& link, const Wanted& wanted) {
 
 /// Workers' jobs that the station has not under their key and run: the first of each, numbered on.
 std::string results(const Link& link, const Wanted& wanted) {
-  return " UNION ALL SELECT ARRAY[row_number() OVER (ORDER BY id) + (SELECT max(row_ids[1]) FROM "
+  return " UNION ALL SELECT ARRAY[row_number() OVER (ORDER BY id) + (SELECT "
+         "coalesce(max(row_ids[1]), 0) FROM "
          "trammel.archive_row AS r WHERE r.table_name = 'job' AND" +
          of_campaigns(link, wanted) +
          ")], n_rows, bytes, sha256 FROM (SELECT DISTINCT ON (row_key) * FROM trammel.result AS w "
@@ -35,7 +38,28 @@ std::string results(const Link& link, const Wanted& wanted) {
          "r.table_name = 'job' AND r.row_key = w.row_key) ORDER BY row_key, id) AS found";
 }
 
-void pull_rows(Link& link, const Wanted& wanted, const store::RefillStep& step,
+/// One campaign's rows get the numbers from 1, in the order of those they had: a file begins there.
+class Numbers {
+ public:
+  explicit Numbers(bool from_one) : from_one_(from_one) {}
+  /// Before the rows of each table, which come in the order of their numbers.
+  void begin() { row_ = point_ = 0; }
+  store::Id row(store::Id id) { return from_one_ ? ++row_ : id; }
+  void number(const std::string& table, std::vector<store::Id>& ids) {
+    if (!from_one_) return;
+    const store::Id before = ids.at(0);
+    ids[0] = table == "taken_over" ? campaigns_.at(before) : ++row_;  // that has its campaign's
+    if (table == "campaign") campaigns_[before] = ids[0];
+    for (std::size_t k = 1; k < ids.size(); ++k) ids[k] = ++point_;
+  }
+
+ private:
+  bool from_one_;
+  store::Id row_ = 0, point_ = 0;
+  std::map<store::Id, store::Id> campaigns_;
+};
+
+void pull_rows(Link& link, const Wanted& wanted, const store::RefillStep& step, Numbers& numbers,
                store::Refill& refill) {
   const bool more = wanted.with_results && std::string_view(step.table) == "job";
   link.copy_out("COPY (SELECT row_ids, n_rows, bytes, sha256 FROM trammel.archive_row WHERE" +
@@ -50,18 +74,19 @@ void pull_rows(Link& link, const Wanted& wanted, const store::RefillStep& step,
                   for (const std::int64_t n : array_of(required(fields.at(1)))) {
                     row.n_rows.push_back(static_cast<std::int32_t>(n));
                   }
+                  numbers.number(row.table, row.ids);
                   refill.add(row, blob_of(required(fields.at(3))), step.parts);
                 });
 }
 
-void pull_readings(Link& link, const Wanted& wanted, store::Refill& refill) {
+void pull_readings(Link& link, const Wanted& wanted, Numbers& numbers, store::Refill& refill) {
   link.copy_out(
       "COPY (SELECT r.campaign, r.row_id, trammel.bytes_of(r), r.sha256 FROM "
       "trammel.reading AS r WHERE" +
           of_campaigns(link, wanted) + "ORDER BY r.row_id) TO STDOUT (FORMAT binary)",
       [&](const Link::Fields& fields) {
         refill.add({.campaign = std::string(required(fields.at(0))),
-                    .id = integer_of(required(fields.at(1))),
+                    .id = numbers.row(integer_of(required(fields.at(1)))),
                     .bytes = std::string(required(fields.at(2))),
                     .sha256 = blob_of(required(fields.at(3)))});
       });
@@ -79,11 +104,13 @@ store::CheckReport pull(Link& link, const Wanted& wanted, const std::filesystem:
                          .where = {.field = wanted.station},
                          .hint = "see `trammel archive status`"});
   }
+  Numbers numbers(!wanted.campaign.empty());
   for (const store::RefillStep& step : store::kRefillOrder) {
+    numbers.begin();
     if (std::string_view(step.table) == "reading") {
-      pull_readings(link, wanted, refill);
+      pull_readings(link, wanted, numbers, refill);
     } else {
-      pull_rows(link, wanted, step, refill);
+      pull_rows(link, wanted, step, numbers, refill);
     }
   }
   return refill.finish();

@@ -49,7 +49,7 @@ std::string hex_text(const std::string& bytes) {
 
 std::optional<Claim> claim_next(Link& link, const WorkOptions& options) {
   const auto rows = link.ask(
-      "SELECT id, token, stage, campaign, trammel.station_of(campaign), parameters_json, force "
+      "SELECT id, token, stage, campaign, station, parameters_json, force "
       "FROM trammel.claim($1, $2, $3)",
       {options.station, options.machine, std::to_string(options.lease_s)});
   if (rows.empty()) return std::nullopt;
@@ -185,13 +185,12 @@ class Worker {
                                                       : "stored",
                                std::chrono::duration<double>(steady_clock::now() - began).count()));
       return true;
-    } catch (const DeviceError&) {
-      throw;
     } catch (const Error& error) {
       failure = describe(error.text());
     } catch (const std::exception& error) {
       failure = error.what();
     }
+    // Where the connection is gone this fails, too, and the lease ends by itself.
     link.ask("SELECT trammel.give_back($1, $2, $3)", {claim->id, claim->token, failure});
     const std::scoped_lock lock(mutex_);
     ++done_.failed;

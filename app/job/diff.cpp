@@ -181,7 +181,12 @@ Json changed_parts(const store::JobKey& then, const store::JobKey& now) {
 std::string outcome_text(const store::NewJob& job) {
   Json result = Json::parse(store::canonical_json(job.result_json, "result"));
   result.erase("timing");
-  return result.dump() + "\n" + statistics_json(job.statistics).dump();
+  std::vector<std::string> lines;  // in an order of their own: a pulled file has another than ours
+  for (const Json& one : statistics_json(job.statistics)) lines.push_back(one.dump());
+  std::ranges::sort(lines);
+  std::string text = result.dump();
+  for (const std::string& line : lines) text += "\n" + line;
+  return text;
 }
 
 bool same_outcome(const store::NewJob& a, const store::NewJob& b) {

@@ -11,6 +11,7 @@ CREATE TABLE trammel.work (
   parameters_json text CHECK (length(parameters_json) BETWEEN 2 AND 1000000),
   force boolean NOT NULL,
   campaign text NOT NULL REFERENCES trammel.campaign_head,
+  station text NOT NULL REFERENCES trammel.station,
   state text NOT NULL DEFAULT 'waiting' CHECK (state IN ('waiting', 'claimed', 'done', 'failed')),
   attempts int NOT NULL DEFAULT 0,
   token uuid,
@@ -66,8 +67,8 @@ WHERE one.id < other.id;
 CREATE FUNCTION trammel.queue(of_stage text, parameters text, forced boolean, of_station text, of_campaign text, newest bigint)
 RETURNS bigint LANGUAGE sql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
   WITH queued AS (
-    INSERT INTO trammel.work (stage, parameters_json, force, campaign)
-    SELECT of_stage, parameters, forced, h.campaign
+    INSERT INTO trammel.work (stage, parameters_json, force, campaign, station)
+    SELECT of_stage, parameters, forced, h.campaign, h.station
     FROM trammel.campaign_head AS h JOIN trammel.campaign AS c USING (campaign)
     WHERE (of_station IS NULL OR h.station = of_station)
       AND (of_campaign IS NULL OR of_campaign IN (c.name, c.campaign))
@@ -79,7 +80,7 @@ CREATE FUNCTION trammel.most_attempts() RETURNS int LANGUAGE sql IMMUTABLE AS $$
 
 -- The work is the worker's until its lease ends, by the server's clock. A lost worker's work comes before what waits.
 CREATE FUNCTION trammel.claim(by_station text, on_machine text, lease_s float8) RETURNS SETOF trammel.work
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET enable_seqscan = off
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET enable_seqscan = off SET jit = off
 SET plan_cache_mode = force_generic_plan AS $$
 DECLARE
   next bigint;

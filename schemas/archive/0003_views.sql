@@ -139,7 +139,7 @@ WHERE NOT EXISTS (SELECT 1 FROM trammel.result AS earlier WHERE earlier.campaign
                   AND earlier.station = r.station AND earlier.row_key = r.row_key AND earlier.id < r.id);
 
 CREATE FUNCTION trammel.filled() RETURNS trigger
-LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET enable_seqscan = off
+LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET enable_seqscan = off SET jit = off
 SET plan_cache_mode = force_generic_plan AS $$
 BEGIN
   INSERT INTO trammel.campaign SELECT made.* FROM arrived AS a, trammel.campaign_of(ROW(a.*)::trammel.archive_row) AS made
