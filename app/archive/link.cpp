@@ -70,6 +70,25 @@ void add_numbers(std::string& bytes, const std::vector<T>& values, int oid) {
   add_field(bytes, field);
 }
 
+Link::Table table_of(const PGresult* result) {
+  Link::Table table;
+  for (int column = 0; column < PQnfields(result); ++column) {
+    table.columns.emplace_back(PQfname(result, column));
+    table.types.push_back(PQftype(result, column));
+  }
+  table.rows.resize(static_cast<std::size_t>(PQntuples(result)));
+  for (int row = 0; row < PQntuples(result); ++row) {
+    for (int column = 0; column < PQnfields(result); ++column) {
+      auto& cell = table.rows[static_cast<std::size_t>(row)].emplace_back();
+      if (PQgetisnull(result, row, column) == 0) {
+        cell.emplace(PQgetvalue(result, row, column),
+                     static_cast<std::size_t>(PQgetlength(result, row, column)));
+      }
+    }
+  }
+  return table;
+}
+
 std::string one_line(std::string text) {
   std::ranges::replace(text, '\n', ' ');
   while (text.ends_with(' ')) text.pop_back();
@@ -186,23 +205,7 @@ Link::Table Link::table(const std::string& sql, const std::vector<std::string>& 
                    parameters.data(), nullptr, nullptr, 0),
       PQclear);
   if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) fail("the archive refused", result.get());
-  Table table;
-  for (int column = 0; column < PQnfields(result.get()); ++column) {
-    table.columns.emplace_back(PQfname(result.get(), column));
-    table.types.push_back(PQftype(result.get(), column));
-  }
-  auto& rows = table.rows;
-  rows.resize(static_cast<std::size_t>(PQntuples(result.get())));
-  for (int row = 0; row < PQntuples(result.get()); ++row) {
-    for (int column = 0; column < PQnfields(result.get()); ++column) {
-      auto& cell = rows[static_cast<std::size_t>(row)].emplace_back();
-      if (PQgetisnull(result.get(), row, column) == 0) {
-        cell.emplace(PQgetvalue(result.get(), row, column),
-                     static_cast<std::size_t>(PQgetlength(result.get(), row, column)));
-      }
-    }
-  }
-  return table;
+  return table_of(result.get());
 }
 
 void Link::run(const std::string& sql) {
@@ -224,7 +227,8 @@ void Link::commit() {
   }
 }
 
-void Link::copy_in(const std::string& sql, const std::function<bool(std::string&)>& more) {
+std::vector<Link::Row> Link::copy_in(const std::string& sql,
+                                     const std::function<bool(std::string&)>& more) {
   const Result begun(PQexec(connection_.get(), sql.c_str()), PQclear);
   if (PQresultStatus(begun.get()) != PGRES_COPY_IN) fail("the archive refused", begun.get());
   const auto send = [this](const std::string& bytes) {
@@ -248,10 +252,14 @@ void Link::copy_in(const std::string& sql, const std::function<bool(std::string&
   send(bytes);
   if (PQputCopyEnd(connection_.get(), nullptr) != 1) fail("the archive takes no more", nullptr);
   const Result ended(PQgetResult(connection_.get()), PQclear);
-  while (const Result rest{PQgetResult(connection_.get()), PQclear}) continue;
+  Result last(nullptr, PQclear);
+  while (Result next{PQgetResult(connection_.get()), PQclear}) last = std::move(next);
   if (PQresultStatus(ended.get()) != PGRES_COMMAND_OK) {
     fail("the archive refused what was sent", ended.get());
   }
+  if (!last) return {};
+  if (PQresultStatus(last.get()) != PGRES_TUPLES_OK) fail("the archive refused", last.get());
+  return table_of(last.get()).rows;
 }
 
 void Link::copy_out(const std::string& sql, const std::function<void(const Fields&)>& take) {
@@ -290,6 +298,16 @@ void Link::copy_out(const std::string& sql, const std::function<void(const Field
   }
   const Result ended(size == -1 ? PQgetResult(connection_.get()) : nullptr, PQclear);
   if (PQresultStatus(ended.get()) != PGRES_COMMAND_OK) fail("the archive stopped", ended.get());
+}
+
+Link::Transaction::Transaction(Link& link, const std::string& sql, std::vector<Row>& rows)
+    : link_(link) {
+  const Result result(PQexec(link.connection_.get(), ("BEGIN; " + sql).c_str()), PQclear);
+  if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) {
+    if (PQtransactionStatus(link.connection_.get()) == PQTRANS_INERROR) link.run("ROLLBACK");
+    link.fail("the archive refused", result.get());
+  }
+  rows = table_of(result.get()).rows;
 }
 
 Link::Transaction::~Transaction() {

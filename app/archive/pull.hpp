@@ -17,10 +17,9 @@ struct Wanted {
 };
 
 /// Every row of the campaigns into the new file `to`, with the bits, the numbers and the seals that
-/// it had; workers' jobs get numbers behind the station's, and the rows of one campaign are numbered
-/// from 1; readings' chains end in the same heads.
-/// Read in one state of the archive; verified whole before the file gets its name
-/// (store/refill.hpp).
+/// it had; workers' jobs get numbers behind the station's, and the rows of one campaign are
+/// numbered from 1; readings' chains end in the same heads. Read in one state of the archive;
+/// verified whole before the file gets its name (store/refill.hpp).
 /// @throws NotFoundError  the archive has nothing of this station
 /// @throws InputError     the name is taken; the archive's rows are not what a station stores
 /// Proof: push_pull_test.cpp

@@ -8,6 +8,11 @@ namespace trammel::cli {
 
 namespace {
 
+ExitCode run_elsewhere(const ArchiveOptions&, Context&) {
+  throw NotFoundError({.what = "this is not the program trammel-archive",
+                       .hint = "it is in the package trammel-archive"});
+}
+
 struct Verb {
   Command archive;
   Context& context;
@@ -20,7 +25,7 @@ struct Verb {
     if (std::string_view(name) != "init") {
       command.option("--archive", options->uri, "Another archive than the station's").type("URI");
     }
-    on_run(command, context, options, run);
+    on_run(command, context, options, run == nullptr ? run_elsewhere : run);
     return command;
   }
 };

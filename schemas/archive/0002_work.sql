@@ -79,12 +79,15 @@ RETURNS bigint LANGUAGE sql SECURITY DEFINER SET search_path = pg_catalog, pg_te
 CREATE FUNCTION trammel.most_attempts() RETURNS int LANGUAGE sql IMMUTABLE AS $$ SELECT 3 $$;
 
 -- The work is the worker's until its lease ends, by the server's clock. A lost worker's work comes before what waits.
+-- Not waited for until it is on the disk: a claim that a dying server forgets is claimed again, and the first worker
+-- finishes too late.
 CREATE FUNCTION trammel.claim(by_station text, on_machine text, lease_s float8) RETURNS SETOF trammel.work
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET enable_seqscan = off SET jit = off
 SET plan_cache_mode = force_generic_plan AS $$
 DECLARE
   next bigint;
 BEGIN
+  PERFORM set_config('synchronous_commit', 'off', true);
   PERFORM trammel.require_station(by_station);
   UPDATE trammel.work SET state = 'failed', lease_until = NULL, token = NULL, finished_at = now(),
     error = format('its worker on %s was lost, as those before it', machine)
@@ -104,6 +107,7 @@ END $$;
 CREATE FUNCTION trammel.heartbeat(of_work bigint, by_token uuid, lease_s float8) RETURNS boolean
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp AS $$
 BEGIN
+  PERFORM set_config('synchronous_commit', 'off', true);
   UPDATE trammel.work SET lease_until = now() + make_interval(secs => lease_s)
     WHERE id = of_work AND token = by_token AND state = 'claimed';
   RETURN FOUND;
