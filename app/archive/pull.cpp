@@ -17,23 +17,27 @@ std::string_view required(const std::optional<std::string_view>& field) {
 store::Blob blob_of(std::string_view field) { return {field.begin(), field.end()}; }
 
 /// The condition on rows with a column campaign.
-std::string of_campaigns(const Link& link, const Wanted& wanted) {
-  return " campaign IN (SELECT " +
-         (wanted.campaign.empty()
-              ? "campaign FROM trammel.campaign_head WHERE station = " + link.quoted(wanted.station)
-              : "trammel.needed_by(" + link.quoted(wanted.campaign) + ")") +
-         ") ";
+std::string of_campaigns(Link& link, const Wanted& wanted) {
+  if (wanted.campaign.empty()) {
+    return " campaign IN (SELECT campaign FROM trammel.campaign_head WHERE station = " +
+           link.quoted(wanted.station) + ") ";
+  }
+  std::string list;
+  for (const Link::Row& row : link.ask("SELECT trammel.needed_by($1)", {wanted.campaign})) {
+    list += (list.empty() ? "" : ", ") + link.quoted(row[0].value());
+  }
+  return " campaign IN (" + list + ") ";
 }
 
 /// Workers' jobs that the station has not under their key and run: the first of each, numbered on.
-std::string results(const Link& link, const Wanted& wanted) {
+std::string results(const std::string& campaigns) {
   return " UNION ALL SELECT ARRAY[row_number() OVER (ORDER BY id) + (SELECT "
          "coalesce(max(row_ids[1]), 0) FROM "
          "trammel.archive_row AS r WHERE r.table_name = 'job' AND" +
-         of_campaigns(link, wanted) +
+         campaigns +
          ")], n_rows, bytes, sha256 FROM (SELECT DISTINCT ON (row_key) * FROM trammel.result AS w "
          "WHERE" +
-         of_campaigns(link, wanted) +
+         campaigns +
          "AND NOT EXISTS (SELECT 1 FROM trammel.archive_row AS r WHERE r.campaign = w.campaign AND "
          "r.table_name = 'job' AND r.row_key = w.row_key) ORDER BY row_key, id) AS found";
 }
@@ -59,12 +63,12 @@ class Numbers {
   std::map<store::Id, store::Id> campaigns_;
 };
 
-void pull_rows(Link& link, const Wanted& wanted, const store::RefillStep& step, Numbers& numbers,
-               store::Refill& refill) {
-  const bool more = wanted.with_results && std::string_view(step.table) == "job";
+void pull_rows(Link& link, const std::string& campaigns, bool with_results,
+               const store::RefillStep& step, Numbers& numbers, store::Refill& refill) {
+  const bool more = with_results && std::string_view(step.table) == "job";
   link.copy_out("COPY (SELECT row_ids, n_rows, bytes, sha256 FROM trammel.archive_row WHERE" +
-                    of_campaigns(link, wanted) + "AND table_name = " + link.quoted(step.table) +
-                    (more ? results(link, wanted) : "") + " ORDER BY 1) TO STDOUT (FORMAT binary)",
+                    campaigns + "AND table_name = " + link.quoted(step.table) +
+                    (more ? results(campaigns) : "") + " ORDER BY 1) TO STDOUT (FORMAT binary)",
                 [&](const Link::Fields& fields) {
                   store::CanonicalRow row{.table = step.table,
                                           .key = {},
@@ -79,11 +83,12 @@ void pull_rows(Link& link, const Wanted& wanted, const store::RefillStep& step, 
                 });
 }
 
-void pull_readings(Link& link, const Wanted& wanted, Numbers& numbers, store::Refill& refill) {
+void pull_readings(Link& link, const std::string& campaigns, Numbers& numbers,
+                   store::Refill& refill) {
   link.copy_out(
       "COPY (SELECT r.campaign, r.row_id, trammel.bytes_of(r), r.sha256 FROM "
       "trammel.reading AS r WHERE" +
-          of_campaigns(link, wanted) + "ORDER BY r.row_id) TO STDOUT (FORMAT binary)",
+          campaigns + "ORDER BY r.row_id) TO STDOUT (FORMAT binary)",
       [&](const Link::Fields& fields) {
         refill.add({.campaign = std::string(required(fields.at(0))),
                     .id = numbers.row(integer_of(required(fields.at(1)))),
@@ -104,13 +109,14 @@ store::CheckReport pull(Link& link, const Wanted& wanted, const std::filesystem:
                          .where = {.field = wanted.station},
                          .hint = "see `trammel archive status`"});
   }
+  const std::string of = of_campaigns(link, wanted);
   Numbers numbers(!wanted.campaign.empty());
   for (const store::RefillStep& step : store::kRefillOrder) {
     numbers.begin();
     if (std::string_view(step.table) == "reading") {
-      pull_readings(link, wanted, numbers, refill);
+      pull_readings(link, of, numbers, refill);
     } else {
-      pull_rows(link, wanted, step, numbers, refill);
+      pull_rows(link, of, wanted.with_results, step, numbers, refill);
     }
   }
   return refill.finish();

@@ -77,6 +77,9 @@ TEST_CASE("5 stations and 3 workers at once: 0 rows lost, 0 doubled, 0 altered",
   // "rail" can't be fitted: it has fewer points than unknowns.
   CHECK(asked(station, "SELECT count(*) FROM trammel.work WHERE state = 'done'") ==
         std::to_string(kStations * kCampaigns));
+  CHECK(asked(station,
+              "SELECT count(*) FROM trammel.work WHERE state = 'failed' AND error NOT "
+              "LIKE '%scratch.db%'") == std::to_string(kStations));
   CHECK(asked(station, "SELECT count(*) || ' ' || count(DISTINCT campaign) FROM trammel.result") ==
         std::to_string(kStations * kCampaigns) + " " + std::to_string(kStations * kCampaigns));
   CHECK(asked(station, "SELECT count(*) FROM trammel.findings()") == "0");

@@ -91,8 +91,17 @@ void Postgres::start() {
   const std::string settings = "-c listen_addresses=127.0.0.1 -c port=" + std::to_string(port_) +
                                " -c unix_socket_directories=" + folder_.path().string() +
                                (fsync_ ? "" : " -c fsync=off") + " -c shared_buffers=32MB";
-  as_postgres({programs_ + "/pg_ctl", "start", "-w", "-D", folder_.path() / "data", "-l",
-               folder_.path() / "log", "-o", settings});
+  // A killed server's memory may be held for a moment by children that are not quite dead.
+  for (int left = 20;; --left) {
+    try {
+      as_postgres({programs_ + "/pg_ctl", "start", "-w", "-D", folder_.path() / "data", "-l",
+                   folder_.path() / "log", "-o", settings});
+      return;
+    } catch (const std::runtime_error&) {
+      if (left == 0) throw;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+  }
 }
 
 void Postgres::kill() {
