@@ -39,6 +39,7 @@ void setup_archive(Command app, Context& context, const ArchiveRuns& runs);
 std::string first_command(const std::vector<std::string>& words);
 
 /// Words for trammel-archive: its noun, or `query` with --archive.
+/// Proof: archive_program_test.cpp, views_test.cpp
 bool is_for_the_archive(const std::vector<std::string>& words);
 
 }  // namespace trammel::cli

@@ -10,6 +10,7 @@
 #include "app/job/diff.hpp"
 #include "app/job/run.hpp"
 #include "store/canonical.hpp"
+#include "store/session.hpp"
 #include "tests/app/archive/postgres.hpp"
 #include "tests/app/archive/stations.hpp"
 #include "tests/app/job/campaign_fixture.hpp"
@@ -106,6 +107,32 @@ TEST_CASE("workers compute the jobs that the station would, bit for bit, and kno
   const auto again = archive.folder.file("again.db");
   archive::pull(link, {.station = kStationA, .campaign = {}, .with_results = true}, again);
   CHECK(tests::content(again) == tests::content(archive.file));
+}
+
+TEST_CASE("a campaign comes with the one whose job it is built on, and with no other",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const Queued archive(*server, 3);
+  {
+    store::Connection db = store::open(archive.file, store::Access::write);
+    const auto found = job::run(db, {.campaign = "c 2", .stage = "lsq"});
+    store::create_session(db, {.campaign_id = store::require_campaign_id(db, "c 1"),
+                               .name = "compensated",
+                               .compensation_job = found.job.id,
+                               .points = test::line_plan(5)});
+  }
+  tests::push_all(archive.as("robot_a"), archive.file, kStationA);
+  const std::string uuid =
+      archive.ask("visitor", "SELECT campaign FROM trammel.campaign WHERE name = 'c 1'");
+  archive::Link link({.uri = archive.as("visitor"), .who = "tests"});
+  const auto to = archive.folder.file("one.db");
+  archive::pull(link, {.station = kStationA, .campaign = uuid}, to);
+  store::Connection one = store::open(to, store::Access::read_only);
+  std::vector<std::string> names;
+  for (const auto& row : store::list_campaigns(one)) names.push_back(row.name);
+  std::ranges::sort(names);
+  CHECK(names == std::vector<std::string>{"c 1", "c 2"});
 }
 
 TEST_CASE("a lost worker's work is taken over, and what it brings too late is dropped",
