@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/allocator.hpp"
+#include "app/cli/archive.hpp"
 #include "app/cli/cli.hpp"
 #include "app/cli/commands.hpp"
 #include "app/standard_streams.hpp"
@@ -13,17 +14,6 @@ namespace {
 
 /// `trammel archive …` is a program of its own, beside this one or on PATH: linked with libpq,
 /// whose 25 libraries would cost this one 12 ms at each start. It is executed with the same words.
-bool is_for_the_archive(const std::vector<std::string>& words) {
-  for (std::size_t k = 0; k < words.size(); ++k) {
-    if (words[k] == "--db" || words[k] == "--out") {
-      ++k;
-    } else if (!words[k].starts_with("-")) {
-      return words[k] == "archive";
-    }
-  }
-  return false;
-}
-
 int become_the_archive(char** argv) {
   constexpr const char* kProgram = "trammel-archive";
   std::error_code none;
@@ -42,6 +32,6 @@ int main(int argc, char** argv) {
   trammel::hold_standard_streams();
   trammel::keep_freed_memory();
   const std::vector<std::string> words(argv + (argc > 0 ? 1 : 0), argv + argc);
-  if (is_for_the_archive(words)) return become_the_archive(argv);
+  if (trammel::cli::is_for_the_archive(words)) return become_the_archive(argv);
   return trammel::cli::run_cli(words, trammel::cli::commands());
 }

@@ -24,15 +24,7 @@ namespace {
 using cli::Context;
 using cli::Json;
 
-/// What all verbs share.
-struct Options {
-  std::string uri;  // --archive, or the URI of init
-  bool insecure = false;
-  std::string station;
-  std::vector<std::string> campaigns;
-  std::string to;
-  int newest = 50;
-};
+using Options = cli::ArchiveOptions;
 
 /// The archive that the line names, else TRAMMEL_ARCHIVE, else the one of the station's file.
 std::string uri_of(const Options& options, const std::optional<Station>& station) {
@@ -44,6 +36,8 @@ std::string uri_of(const Options& options, const std::optional<Station>& station
                        .expected = "--archive URI, TRAMMEL_ARCHIVE, or a station",
                        .hint = "trammel archive init URI makes this database a station"});
 }
+
+}  // namespace
 
 Link link_to(const Options& options, const Context& context) {
   const auto station = read_station(context.db());
@@ -58,6 +52,38 @@ Station require_station(const Context& context) {
                        .where = {.file = context.db()},
                        .hint = "trammel archive init URI makes it one"});
 }
+
+Json rows_json(const std::vector<Column>& columns, const std::vector<Link::Row>& rows) {
+  Json list = Json::array();
+  for (const Link::Row& row : rows) {
+    Json object = Json::object();
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      if (!row[k]) {
+        object[columns[k].key] = nullptr;
+      } else if (columns[k].number) {
+        object[columns[k].key] = std::stoll(*row[k]);
+      } else {
+        object[columns[k].key] = *row[k];
+      }
+    }
+    list.push_back(std::move(object));
+  }
+  return list;
+}
+
+std::string rows_text(const std::vector<Column>& columns, const std::vector<Link::Row>& rows) {
+  std::vector<std::string> header;
+  for (const Column& column : columns) header.emplace_back(column.key);
+  terminal::Table table(header);
+  for (const Link::Row& row : rows) {
+    std::vector<std::string> line;
+    for (std::size_t k = 0; k < columns.size(); ++k) line.push_back(row[k].value_or(""));
+    table.add(std::move(line));
+  }
+  return table.text();
+}
+
+namespace {
 
 ExitCode run_init(const Options& options, Context& context) {
   Link link({.uri = options.uri, .insecure = options.insecure, .who = "trammel init"});
@@ -112,9 +138,7 @@ ExitCode run_push(const Options& options, Context& context) {
       return std::ranges::find(wanted, campaign.id) == wanted.end();
     });
   }
-  Link link({.uri = uri_of(options, station),
-             .insecure = options.insecure,
-             .who = "trammel " + station.uuid});
+  Link link = link_to(options, context);
   require_archive(link);
   terminal::Progress progress(context.quiet || context.json, ::isatty(STDERR_FILENO) == 1, 0,
                               static_cast<int>(campaigns.size()));
@@ -149,7 +173,8 @@ ExitCode run_pull(const Options& options, Context& context) {
       options.station.empty() ? require_station(context).uuid : options.station;
   Link link = link_to(options, context);
   require_archive(link);
-  const store::CheckReport report = pull(link, station, options.to);
+  const store::CheckReport report = pull(
+      link, {.station = station, .campaign = {}, .with_results = options.with_results}, options.to);
   if (context.json) {
     context.print("archive-pull", {{"station", station},
                                    {"database", options.to},
@@ -162,84 +187,24 @@ ExitCode run_pull(const Options& options, Context& context) {
   return ExitCode::ok;
 }
 
-struct Column {
-  const char* key;
-  bool number;
-};
-
-/// Rows of a query, as a table or as JSON.
-void print_rows(const char* command, const char* key, const std::vector<Column>& columns,
-                const std::vector<Link::Row>& rows, const Context& context) {
-  Json list = Json::array();
-  std::vector<std::vector<std::string>> cells;
-  for (const Link::Row& row : rows) {
-    Json object = Json::object();
-    std::vector<std::string> line;
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      const std::string text = row[k].value_or("");
-      line.push_back(text);
-      if (!row[k]) {
-        object[columns[k].key] = nullptr;
-      } else if (columns[k].number) {
-        object[columns[k].key] = std::stoll(text);
-      } else {
-        object[columns[k].key] = text;
-      }
-    }
-    list.push_back(object);
-    cells.push_back(line);
-  }
-  if (context.json) {
-    context.print(command, {{key, list}});
-    return;
-  }
-  std::vector<std::string> header;
-  for (const Column& column : columns) header.emplace_back(column.key);
-  terminal::Table table(header);
-  for (auto& line : cells) table.add(std::move(line));
-  context.print(table.text());
-}
-
 ExitCode run_list(const Options& options, Context& context) {
   Link link = link_to(options, context);
   require_archive(link);
-  print_rows("archive-list", "campaigns",
-             {{"name", false},
-              {"kind", false},
-              {"machine", false},
-              {"n_readings", true},
-              {"n_rows", true},
-              {"moved_at", false},
-              {"station", false},
-              {"uuid", false},
-              {"head", false}},
-             link.ask("SELECT c.name, c.kind, c.machine, h.n_readings, h.n_rows, "
-                      "to_char(h.moved_at AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS\"Z\"'), "
-                      "h.station, h.campaign, encode(h.head, 'hex') FROM (SELECT * FROM "
-                      "trammel.campaign_head ORDER BY moved_at DESC LIMIT $1::int) AS h "
-                      "LEFT JOIN trammel.campaign AS c USING (campaign) ORDER BY h.moved_at DESC",
-                      {std::to_string(options.newest)}),
-             context);
-  return ExitCode::ok;
-}
-
-ExitCode run_status(const Options& options, Context& context) {
-  Link link = link_to(options, context);
-  require_archive(link);
-  print_rows(
-      "archive-status", "stations",
-      {{"station", false},
-       {"role", false},
-       {"n_campaigns", true},
-       {"n_readings", true},
-       {"n_rows", true},
-       {"last_push", false}},
-      link.ask("SELECT s.uuid, s.role, count(h.campaign), coalesce(sum(h.n_readings), 0)::bigint, "
-               "coalesce(sum(h.n_rows), 0)::bigint, to_char(max(h.moved_at) AT TIME ZONE 'UTC', "
-               "'YYYY-MM-DD\"T\"HH24:MI:SS\"Z\"') FROM trammel.station AS s LEFT JOIN "
-               "trammel.campaign_head AS h ON h.station = s.uuid GROUP BY s.uuid, s.role "
-               "ORDER BY 6 DESC NULLS LAST"),
-      context);
+  const std::vector<Column> columns = {
+      {"name"},    {"kind"}, {"machine"}, {"n_readings", true}, {"n_rows", true}, {"moved_at"},
+      {"station"}, {"uuid"}, {"head"}};
+  const auto rows = link.ask(
+      "SELECT c.name, c.kind, c.machine, h.n_readings, h.n_rows, "
+      "to_char(h.moved_at AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS\"Z\"'), "
+      "h.station, h.campaign, encode(h.head, 'hex') FROM (SELECT * FROM "
+      "trammel.campaign_head ORDER BY moved_at DESC LIMIT $1::int) AS h "
+      "LEFT JOIN trammel.campaign AS c USING (campaign) ORDER BY h.moved_at DESC",
+      {std::to_string(options.newest)});
+  if (context.json) {
+    context.print("archive-list", {{"campaigns", rows_json(columns, rows)}});
+  } else {
+    context.print(rows_text(columns, rows));
+  }
   return ExitCode::ok;
 }
 
@@ -268,54 +233,19 @@ ExitCode run_verify(const Options& options, Context& context) {
   return findings.empty() ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
-/// A verb with the options that all have.
-cli::Command verb(cli::Command archive, const char* name, const char* description,
-                  const std::shared_ptr<Options>& options) {
-  cli::Command command = archive.command(name, description);
-  command.flag("--insecure", options->insecure,
-               "Take what the URI says of TLS: the server is not proven to be the archive");
-  return command;
-}
-
 }  // namespace
 
-void setup_archive(cli::Command app, Context& context) {
-  cli::Command archive =
-      cli::noun(app, "archive", "The campaigns of many laboratories in one PostgreSQL database");
-  const auto options = std::make_shared<Options>();
-  cli::Command init =
-      verb(archive, "init",
-           "Make the archive where there is none, and this database a station of it", options);
-  init.option("URI", options->uri, "Where it is: postgresql://HOST/NAME, service=NAME")
-      .required()
-      .type("URI");
-  init.option("--station", options->station, "Go on as this station, whose file is lost")
-      .type("UUID");
-  on_run(init, context, options, run_init);
-  cli::Command push_verb = verb(archive, "push", "Send what the archive has not", options);
-  push_verb.option("CAMPAIGN", options->campaigns, "These alone, by name or uuid").type("CAMPAIGN");
-  cli::Command pull_verb =
-      verb(archive, "pull", "Make a station's database again, as a new file", options);
-  pull_verb.option("--out,FILE", options->to, "New file").required().type("FILE");
-  pull_verb.option("--station", options->station, "Which; else the one of this database")
-      .type("UUID");
-  cli::Command list = verb(archive, "list", "Campaigns of all stations, newest first", options);
-  list.option("--newest", options->newest, "How many").range(1, 1000000).shown_default();
-  cli::Command check =
-      verb(archive, "verify", "Is every row what was pushed? The archive recomputes all digests",
-           options);
-  cli::Command status =
-      verb(archive, "status", "Stations, what they have stored, and when", options);
-  using Run = ExitCode (*)(const Options&, Context&);
-  const std::vector<std::pair<cli::Command, Run>> verbs = {{push_verb, run_push},
-                                                           {pull_verb, run_pull},
-                                                           {list, run_list},
-                                                           {check, run_verify},
-                                                           {status, run_status}};
-  for (const auto& [command, run] : verbs) {
-    command.option("--archive", options->uri, "Another archive than the station's").type("URI");
-    on_run(command, context, options, run);
-  }
+void setup(cli::Command app, Context& context) {
+  setup_archive(app, context,
+                {.init = run_init,
+                 .push = run_push,
+                 .pull = run_pull,
+                 .list = run_list,
+                 .verify = run_verify,
+                 .status = run_status,
+                 .rerun = run_rerun,
+                 .work = run_work,
+                 .query = run_query});
 }
 
 }  // namespace trammel::archive

@@ -15,8 +15,10 @@ bool install(Link& link) {
   const Link::Transaction nobody_else_meanwhile(link);
   link.run("SELECT pg_advisory_xact_lock(hashtext('trammel archive'))");
   const int version = archive_version(link);
-  if (version > 0) return false;
-  for (const std::string_view text : archive_schema()) link.run(std::string(text));
+  if (version >= newest()) return false;
+  for (int k = version; k < newest(); ++k) {
+    link.run(std::string(archive_schema()[static_cast<std::size_t>(k)]));
+  }
   link.commit();
   return true;
 }
@@ -32,7 +34,9 @@ void require_archive(Link& link) {
                                                : "this archive was made by an older trammel",
                     .got = "version " + std::to_string(version),
                     .expected = "version " + std::to_string(newest()),
-                    .hint = "use the program of that version"});
+                    .hint = version > newest() ? "use the program of that version"
+                                               : "its owner brings it up to date: trammel archive "
+                                                 "init URI"});
 }
 
 }  // namespace trammel::archive

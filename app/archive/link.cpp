@@ -25,7 +25,7 @@ constexpr std::array<std::array<const char*, 2>, 7> kPatience = {{{"connect_time
 // 10^7 readings takes minutes), a transaction in which we are silent after two minutes.
 constexpr const char* kServerPatience =
     "SET statement_timeout = '1h'; SET idle_in_transaction_session_timeout = '2min'; "
-    "SET lock_timeout = '1min'; SET search_path = pg_catalog, pg_temp";
+    "SET lock_timeout = '1min'; SET jit = off; SET search_path = pg_catalog, pg_temp";
 
 constexpr std::size_t kCopyBytes = 256 * 1024;  // sent at once
 constexpr std::string_view kCopyHeader{"PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0\0", 19};
@@ -68,6 +68,25 @@ void add_numbers(std::string& bytes, const std::vector<T>& values, int oid) {
     append(field, static_cast<std::uint64_t>(value), kSize);
   }
   add_field(bytes, field);
+}
+
+Link::Table table_of(const PGresult* result) {
+  Link::Table table;
+  for (int column = 0; column < PQnfields(result); ++column) {
+    table.columns.emplace_back(PQfname(result, column));
+    table.types.push_back(PQftype(result, column));
+  }
+  table.rows.resize(static_cast<std::size_t>(PQntuples(result)));
+  for (int row = 0; row < PQntuples(result); ++row) {
+    for (int column = 0; column < PQnfields(result); ++column) {
+      auto& cell = table.rows[static_cast<std::size_t>(row)].emplace_back();
+      if (PQgetisnull(result, row, column) == 0) {
+        cell.emplace(PQgetvalue(result, row, column),
+                     static_cast<std::size_t>(PQgetlength(result, row, column)));
+      }
+    }
+  }
+  return table;
 }
 
 std::string one_line(std::string text) {
@@ -175,6 +194,10 @@ void Link::fail(const std::string& doing, const pg_result* result) const {
 }
 
 std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::string>& values) {
+  return table(sql, values).rows;
+}
+
+Link::Table Link::table(const std::string& sql, const std::vector<std::string>& values) {
   std::vector<const char*> parameters;
   for (const std::string& value : values) parameters.push_back(value.c_str());
   const Result result(
@@ -182,17 +205,7 @@ std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::
                    parameters.data(), nullptr, nullptr, 0),
       PQclear);
   if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) fail("the archive refused", result.get());
-  std::vector<Row> rows(static_cast<std::size_t>(PQntuples(result.get())));
-  for (int row = 0; row < PQntuples(result.get()); ++row) {
-    for (int column = 0; column < PQnfields(result.get()); ++column) {
-      auto& cell = rows[static_cast<std::size_t>(row)].emplace_back();
-      if (PQgetisnull(result.get(), row, column) == 0) {
-        cell.emplace(PQgetvalue(result.get(), row, column),
-                     static_cast<std::size_t>(PQgetlength(result.get(), row, column)));
-      }
-    }
-  }
-  return rows;
+  return table_of(result.get());
 }
 
 void Link::run(const std::string& sql) {
@@ -214,7 +227,8 @@ void Link::commit() {
   }
 }
 
-void Link::copy_in(const std::string& sql, const std::function<bool(std::string&)>& more) {
+std::vector<Link::Row> Link::copy_in(const std::string& sql,
+                                     const std::function<bool(std::string&)>& more) {
   const Result begun(PQexec(connection_.get(), sql.c_str()), PQclear);
   if (PQresultStatus(begun.get()) != PGRES_COPY_IN) fail("the archive refused", begun.get());
   const auto send = [this](const std::string& bytes) {
@@ -238,10 +252,14 @@ void Link::copy_in(const std::string& sql, const std::function<bool(std::string&
   send(bytes);
   if (PQputCopyEnd(connection_.get(), nullptr) != 1) fail("the archive takes no more", nullptr);
   const Result ended(PQgetResult(connection_.get()), PQclear);
-  while (const Result rest{PQgetResult(connection_.get()), PQclear}) continue;
+  Result last(nullptr, PQclear);
+  while (Result next{PQgetResult(connection_.get()), PQclear}) last = std::move(next);
   if (PQresultStatus(ended.get()) != PGRES_COMMAND_OK) {
     fail("the archive refused what was sent", ended.get());
   }
+  if (!last) return {};
+  if (PQresultStatus(last.get()) != PGRES_TUPLES_OK) fail("the archive refused", last.get());
+  return table_of(last.get()).rows;
 }
 
 void Link::copy_out(const std::string& sql, const std::function<void(const Fields&)>& take) {
@@ -280,6 +298,16 @@ void Link::copy_out(const std::string& sql, const std::function<void(const Field
   }
   const Result ended(size == -1 ? PQgetResult(connection_.get()) : nullptr, PQclear);
   if (PQresultStatus(ended.get()) != PGRES_COMMAND_OK) fail("the archive stopped", ended.get());
+}
+
+Link::Transaction::Transaction(Link& link, const std::string& sql, std::vector<Row>& rows)
+    : link_(link) {
+  const Result result(PQexec(link.connection_.get(), ("BEGIN; " + sql).c_str()), PQclear);
+  if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) {
+    if (PQtransactionStatus(link.connection_.get()) == PQTRANS_INERROR) link.run("ROLLBACK");
+    link.fail("the archive refused", result.get());
+  }
+  rows = table_of(result.get()).rows;
 }
 
 Link::Transaction::~Transaction() {

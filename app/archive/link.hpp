@@ -39,13 +39,22 @@ class Link {
   /// Rows of a query as texts; what is NULL is nothing.
   using Row = std::vector<std::optional<std::string>>;
   std::vector<Row> ask(const std::string& sql, const std::vector<std::string>& values = {});
+  /// The same with the columns' names and PostgreSQL's numbers of their types.
+  struct Table {
+    std::vector<std::string> columns;
+    std::vector<unsigned> types;
+    std::vector<Row> rows;
+  };
+  Table table(const std::string& sql, const std::vector<std::string>& values = {});
   /// Statements without values or rows.
   void run(const std::string& sql);
   /// Commits; throws where the server has rolled back instead.
   void commit();
 
-  /// Binary COPY to the server: `more` appends the next row, and says whether there was one.
-  void copy_in(const std::string& sql, const std::function<bool(std::string& bytes)>& more);
+  /// Binary COPY to the server: `more` appends the next row, and says whether there was one. The
+  /// rows of the query behind it in `sql`, if there is one: a way there and back less.
+  std::vector<Row> copy_in(const std::string& sql,
+                           const std::function<bool(std::string& bytes)>& more);
   /// Binary COPY from the server: `take` gets the fields of each row as bytes.
   using Fields = std::vector<std::optional<std::string_view>>;
   void copy_out(const std::string& sql, const std::function<void(const Fields&)>& take);
@@ -54,6 +63,8 @@ class Link {
   class Transaction {
    public:
     explicit Transaction(Link& link) : link_(link) { link_.run("BEGIN"); }
+    /// With the answer to a first query, by one way there and back.
+    Transaction(Link& link, const std::string& sql, std::vector<Row>& rows);
     ~Transaction();
     Transaction(const Transaction&) = delete;
     Transaction& operator=(const Transaction&) = delete;

@@ -9,12 +9,20 @@
 
 namespace trammel::archive {
 
-/// Every row of the station's campaigns into the new file `to`, with the bits, the numbers and the
-/// seals that it had; readings' chains end in the same heads. Read in one state of the archive;
+/// What is pulled of a station: all its campaigns, or the one and those whose jobs it builds on.
+struct Wanted {
+  std::string station;
+  std::string campaign = {};  // uuid; empty: all
+  bool with_results = false;  // jobs that workers computed, too, where the station has none such
+};
+
+/// Every row of the campaigns into the new file `to`, with the bits, the numbers and the seals that
+/// it had; workers' jobs get numbers behind the station's, and the rows of one campaign are
+/// numbered from 1; readings' chains end in the same heads. Read in one state of the archive;
 /// verified whole before the file gets its name (store/refill.hpp).
 /// @throws NotFoundError  the archive has nothing of this station
 /// @throws InputError     the name is taken; the archive's rows are not what a station stores
 /// Proof: push_pull_test.cpp
-store::CheckReport pull(Link& link, const std::string& station, const std::filesystem::path& to);
+store::CheckReport pull(Link& link, const Wanted& wanted, const std::filesystem::path& to);
 
 }  // namespace trammel::archive

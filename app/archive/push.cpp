@@ -167,8 +167,9 @@ void add_value(std::string& bytes, const std::string& canonical) {
   }
 }
 
-std::int64_t send_readings(Link& link, Connection& db, const CampaignName& campaign,
-                           std::int64_t beyond) {
+/// The answer to `then`, asked behind them.
+Link::Row send_readings(Link& link, Connection& db, const CampaignName& campaign,
+                        std::int64_t beyond, const std::string& then, std::int64_t& n_sent) {
   constexpr int kFields = 2 + store::kEndChained - store::kFirstChained + 1;
   Sha256 head = {};
   if (beyond > 0) {
@@ -178,12 +179,12 @@ std::int64_t send_readings(Link& link, Connection& db, const CampaignName& campa
   }
   Statement rows(db, store::chained_readings_beyond());
   rows << campaign.id << beyond;
-  std::int64_t n_sent = 0;
-  link.copy_in(
+  const auto answer = link.copy_in(
       "COPY trammel.reading (campaign, row_id, seq, session, epoch, point, attempt, reading_set, "
       "target_x_mm, target_y_mm, target_phi_rad, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, "
       "from_l2_mm, from_l3_mm, x_mm, y_mm, phi_rad, encoder_l1_mm, encoder_l2_mm, encoder_l3_mm, "
-      "time_s, temp_degc, raw_reply, extra_json, sha256) FROM STDIN (FORMAT binary)",
+      "time_s, temp_degc, raw_reply, extra_json, sha256) FROM STDIN (FORMAT binary); " +
+          then,
       [&](std::string& bytes) {
         if (!rows.step()) return false;
         store::Digest digest;
@@ -204,7 +205,7 @@ std::int64_t send_readings(Link& link, Connection& db, const CampaignName& campa
         ++n_sent;
         return true;
       });
-  return n_sent;
+  return answer.at(0);
 }
 
 Pushed push_one(Link& link, Connection& db, const std::string& station,
@@ -214,10 +215,12 @@ Pushed push_one(Link& link, Connection& db, const std::string& station,
   const Head local = head_with(db, campaign, rows);
   Pushed pushed{.campaign = campaign.name, .uuid = campaign.uuid, .head = local};
   if (known == local) return pushed;
-  Link::Transaction transaction(link);
-  const Link::Row begun =
-      link.ask(std::string(kHeadColumns) + "trammel.begin_push($1, $2)", {campaign.uuid, station})
-          .at(0);
+  std::vector<Link::Row> rows_begun;
+  Link::Transaction transaction(link,
+                                std::string(kHeadColumns) + "trammel.begin_push(" +
+                                    link.quoted(campaign.uuid) + ", " + link.quoted(station) + ")",
+                                rows_begun);
+  const Link::Row& begun = rows_begun.at(0);
   const Head archived = head_of(begun);
   if (begun[6] != station) {
     throw InputError({.what = "'" + campaign.name + "' is in the archive from another station",
@@ -231,13 +234,12 @@ Pushed push_one(Link& link, Connection& db, const std::string& station,
   const std::vector<LocalRow> fresh = new_rows(link, campaign, rows, local, archived);
   if (!fresh.empty()) send_rows(link, db, campaign, fresh);
   pushed.n_rows = static_cast<std::int64_t>(fresh.size());
-  if (local.n_readings > archived.n_readings) {
-    pushed.n_readings = send_readings(link, db, campaign, archived.last_seq);
-  }
+  const std::string now = std::string(kHeadColumns) +
+                          "trammel.campaign_head WHERE campaign = " + link.quoted(campaign.uuid);
   const Head reached =
-      head_of(link.ask(std::string(kHeadColumns) + "trammel.campaign_head WHERE campaign = $1",
-                       {campaign.uuid})
-                  .at(0));
+      head_of(local.n_readings > archived.n_readings
+                  ? send_readings(link, db, campaign, archived.last_seq, now, pushed.n_readings)
+                  : link.ask(now).at(0));
   if (reached != local) throw parted(campaign, local, reached, "after all was sent");
   transaction.commit();
   return pushed;

@@ -248,9 +248,7 @@ void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand
           "of\ntext), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db), "
           "--out FILE\n(what is printed goes there), "
           "--overwrite (replace an output file of the same format).\n"
-          "`trammel archive` (the campaigns of many laboratories in one PostgreSQL database) is "
-          "the program "
-          "of\nthe package trammel-archive: see `trammel archive --help`.\n"
+          "`trammel archive` is the program of the package trammel-archive.\n"
           "NO_COLOR is honoured. `trammel man` prints all of this as a man page.",
       "trammel " + store::this_program().tool_version);
   app.option("--db", context.db_option, "Database file").type("FILE");

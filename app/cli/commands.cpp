@@ -1,5 +1,6 @@
 #include "app/cli/commands.hpp"
 
+#include "app/cli/archive.hpp"
 #include "app/cli/assess.hpp"
 #include "app/cli/calibrate.hpp"
 #include "app/cli/campaign.hpp"
@@ -51,6 +52,7 @@ const std::vector<ProgramCommand>& commands() {
       {"emulate", setup_emulate},
       {"query", setup_query},
       {"db", setup_db},
+      {"archive", [](Command app, Context& context) { setup_archive(app, context, {}); }},
       {"licenses", setup_licenses},
       {nullptr, setup_completion},
       {nullptr, setup_man},

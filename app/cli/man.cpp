@@ -88,6 +88,7 @@ struct Entry {
 };
 constexpr Entry kEnvironment[] = {
     {"TRAMMEL_DB", "The database file where no --db is given."},
+    {"TRAMMEL_ARCHIVE", "The archive where a line of `trammel archive` names none."},
     {"NO_COLOR", "Set and not empty: no bold text on a terminal."},
     {"LC_ALL, LC_CTYPE, LANG", "Without UTF-8, pictures in reports are drawn with ASCII letters."},
 };

@@ -51,7 +51,7 @@ std::vector<std::string> distinct(const std::vector<std::string>& names) {
   return keys;
 }
 
-void print_csv(store::Query& query, const Context& context) {
+void print_csv(const Answer& answer, const Context& context) {
   const auto line = [&](const auto& values, auto text) {
     std::string joined;
     for (std::size_t k = 0; k < values.size(); ++k) {
@@ -60,14 +60,14 @@ void print_csv(store::Query& query, const Context& context) {
     }
     context.print_as_is(joined);
   };
-  line(query.columns(), [](const std::string& name) { return csv_text(name); });
-  while (const auto row = query.next()) line(*row, csv_text);
+  line(answer.columns, [](const std::string& name) { return csv_text(name); });
+  while (const auto row = answer.next()) line(*row, csv_text);
 }
 
-void print_json(store::Query& query, bool lines, const Context& context) {
-  const std::vector<std::string> keys = distinct(query.columns());
+void print_json(const Answer& answer, bool lines, const Context& context) {
+  const std::vector<std::string> keys = distinct(answer.columns);
   Json rows = Json::array();
-  while (const auto row = query.next()) {
+  while (const auto row = answer.next()) {
     Json object = Json::object();
     for (std::size_t k = 0; k < keys.size(); ++k) object[keys[k]] = json_of((*row)[k]);
     if (lines) {
@@ -80,9 +80,9 @@ void print_json(store::Query& query, bool lines, const Context& context) {
   if (!lines) context.print("query", {{"columns", keys}, {"rows", std::move(rows)}});
 }
 
-void print_text(store::Query& query, const Context& context) {
-  Table table(query.columns());
-  while (const auto row = query.next()) {
+void print_text(const Answer& answer, const Context& context) {
+  Table table(answer.columns);
+  while (const auto row = answer.next()) {
     std::vector<std::string> cells;
     for (const Cell& cell : *row) cells.push_back(text_of(cell));
     table.add(std::move(cells));
@@ -127,18 +127,31 @@ ExitCode run_query(const QueryOptions& options, Context& context) {
   const auto limit = std::chrono::milliseconds(static_cast<long>(options.timeout_s * 1000));
   const HardLimit hard(limit, context);
   store::Query query(db, options.sql, limit);
+  print_answer({query.columns(), [&query] { return query.next(); }}, options, context);
+  return ExitCode::ok;
+}
+
+void print_answer(const Answer& answer, const QueryOptions& options, const Context& context) {
   if (context.json && (options.csv || options.ndjson)) {
     throw UsageError({.what = "--json prints one object, --csv and --ndjson print others",
                       .expected = "one of them"});
   }
   if (options.csv) {
-    print_csv(query, context);
+    print_csv(answer, context);
   } else if (context.json || options.ndjson) {
-    print_json(query, options.ndjson, context);
+    print_json(answer, options.ndjson, context);
   } else {
-    print_text(query, context);
+    print_text(answer, context);
   }
-  return ExitCode::ok;
+}
+
+void setup_query_options(Command query, QueryOptions& options) {
+  query.option("SQL", options.sql, "One SELECT, or the name of a table or view: all of it")
+      .required();
+  const Option csv = query.flag("--csv", options.csv, "Comma-separated values");
+  query.flag("--ndjson", options.ndjson, "One JSON object a line").excludes(csv);
+  query.option("--timeout_s", options.timeout_s, "Stop after so many seconds (default 30)")
+      .range(0.001, 86400.0);
 }
 
 void setup_query(Command app, Context& context) {
@@ -149,12 +162,9 @@ void setup_query(Command app, Context& context) {
       "Views: v_accuracy, v_point_error, v_job, v_job_point, v_drift, v_point_status; see\n"
       "store/README.md. "
       "Ten questions with their answers: examples/queries");
-  query.option("SQL", options->sql, "One SELECT, or the name of a table or view: all of it")
-      .required();
-  const Option csv = query.flag("--csv", options->csv, "Comma-separated values");
-  query.flag("--ndjson", options->ndjson, "One JSON object a line").excludes(csv);
-  query.option("--timeout_s", options->timeout_s, "Stop after so many seconds (default 30)")
-      .range(0.001, 86400.0);
+  setup_query_options(query, *options);
+  query.option("--archive", options->archive, "Ask this archive (by the program trammel-archive)")
+      .type("URI");
   on_run(query, context, options, run_query);
 }
 

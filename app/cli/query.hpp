@@ -1,8 +1,12 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/cli/context.hpp"
+#include "store/query.hpp"
 
 namespace trammel::cli {
 
@@ -11,7 +15,18 @@ struct QueryOptions {
   bool csv = false;
   bool ndjson = false;
   double timeout_s = 30;
+  std::string archive;  // main.cpp has looked for it
 };
+
+/// Rows, whoever gives them: the next one, or none.
+struct Answer {
+  std::vector<std::string> columns;
+  std::function<std::optional<std::vector<store::Cell>>()> next;
+};
+void print_answer(const Answer& answer, const QueryOptions& options, const Context& context);
+
+/// SQL, --csv, --ndjson, --timeout_s.
+void setup_query_options(Command query, QueryOptions& options);
 
 /// `query SQL`: one SELECT, read only, within a time.
 void setup_query(Command app, Context& context);

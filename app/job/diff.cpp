@@ -178,9 +178,19 @@ Json changed_parts(const store::JobKey& then, const store::JobKey& now) {
   return changed;
 }
 
+std::string outcome_text(const store::NewJob& job) {
+  Json result = Json::parse(store::canonical_json(job.result_json, "result"));
+  result.erase("timing");
+  std::vector<std::string> lines;  // in an order of their own: a pulled file has another than ours
+  for (const Json& one : statistics_json(job.statistics)) lines.push_back(one.dump());
+  std::ranges::sort(lines);
+  std::string text = result.dump();
+  for (const std::string& line : lines) text += "\n" + line;
+  return text;
+}
+
 bool same_outcome(const store::NewJob& a, const store::NewJob& b) {
-  return same_result(a.result_json, b.result_json) &&
-         statistics_json(a.statistics) == statistics_json(b.statistics);
+  return outcome_text(a) == outcome_text(b);
 }
 
 Json job_differences(store::Connection& connection, const store::Job& a, const store::Job& b) {

@@ -28,7 +28,10 @@ std::string job_differences_text(const Json& differences);
 std::vector<std::string> stale_words(store::Connection& connection, const store::Job& job,
                                      const store::NewJob& now);
 
-/// Bit for bit, the result (times that were taken aside), every statistic and every point.
+/// What a computation must repeat bit for bit: the result (times that were taken aside) with every
+/// point, and every statistic.
+std::string outcome_text(const store::NewJob& job);
+/// Equal outcome_text.
 bool same_outcome(const store::NewJob& a, const store::NewJob& b);
 
 }  // namespace trammel::job

@@ -98,21 +98,11 @@ std::vector<Chosen> chosen_campaigns(const std::filesystem::path& file, const st
   return all;
 }
 
-Request request_for(store::Connection& connection, const Sweep& sweep, const Chosen& campaign) {
-  Request request{.campaign = campaign.name, .stage = sweep.stage, .force = sweep.force};
-  if (const auto id = store::newest_job(connection, campaign.id, sweep.stage)) {
-    const Request earlier = request_of(connection, store::get_job(connection, *id));
-    request.parameters = earlier.parameters;
-    request.sessions = earlier.sessions;
-  }
-  if (!sweep.parameters.is_null()) request.parameters = sweep.parameters;
-  return request;
-}
-
 Found find(store::Connection& connection, const Sweep& sweep, const Chosen& campaign) {
   Found found{.campaign = campaign.name};
   try {
-    found.job = compute_new(connection, request_for(connection, sweep, campaign));
+    found.job = compute_new(connection, rerun_request(connection, campaign.name, sweep.stage,
+                                                      sweep.parameters, sweep.force));
   } catch (const StoreError&) {
     throw;
   } catch (const Error& error) {
@@ -147,6 +137,19 @@ void store_batch(store::Connection& connection, const std::deque<Found>& batch, 
 }
 
 }  // namespace
+
+Request rerun_request(store::Connection& connection, const std::string& campaign,
+                      const std::string& stage, const Json& parameters, bool force) {
+  Request request{.campaign = campaign, .stage = stage, .force = force};
+  const store::Id campaign_id = store::require_campaign_id(connection, campaign);
+  if (const auto id = store::newest_job(connection, campaign_id, stage)) {
+    const Request earlier = request_of(connection, store::get_job(connection, *id));
+    request.parameters = earlier.parameters;
+    request.sessions = earlier.sessions;
+  }
+  if (!parameters.is_null()) request.parameters = parameters;
+  return request;
+}
 
 SweepResult rerun_all(store::Connection& connection, const Sweep& sweep) {
   const Stage& stage = find_stage(sweep.stage);

@@ -31,6 +31,12 @@ struct SweepResult {
   std::vector<SweepFailure> failed;
 };
 
+/// What a rerun of a campaign (by name or uuid) asks: the sessions and, where none are given
+/// (null), the parameters of its newest job of the stage; else the baseline and the stage's
+/// defaults.
+Request rerun_request(store::Connection& connection, const std::string& campaign,
+                      const std::string& stage, const Json& parameters, bool force);
+
 /// Runs a stage on each campaign that `where` names, with the parameters and sessions of its newest
 /// job of that stage (else the stage's defaults and the baseline). Each thread reads through a
 /// connection of its own; the caller's writes what they have found, some dozens of jobs a commit.

@@ -2,6 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <sstream>
+
+#include "app/terminal/columns.hpp"
 #include "store/open.hpp"
 #include "tests/app/archive/postgres.hpp"
 #include "tests/app/archive/stations.hpp"
@@ -32,6 +35,17 @@ TEST_CASE("trammel archive runs trammel-archive with the same words", "[archive]
   CHECK(by_noun.exit_code == 0);
   CHECK(by_noun.out == own.out);
   CHECK_THAT(own.out, Contains("Send what the archive has not"));
+  for (const char* verb :
+       {"init", "push", "pull", "list", "verify", "status", "rerun", "work", "query"}) {
+    const Finished help = run_program({"archive", verb, "--help"}, folder.path());
+    CHECK(help.exit_code == 0);
+    std::istringstream in(help.out);
+    for (std::string line; std::getline(in, line);) CHECK(terminal::columns_of(line) <= 100);
+  }
+  // trammel itself knows the verbs: for its page and at TAB, whether that program is there or not.
+  CHECK_THAT(run_program({"man"}, folder.path()).out, Contains("archive rerun"));
+  CHECK_THAT(run_program({"complete", "--", "archive", "wo"}, folder.path()).out,
+             Contains("work\t"));
   const Finished none = run_program({"--db", "lab.db", "archive", "push"}, folder.path());
   CHECK(none.exit_code == 3);
   CHECK_THAT(none.err, Contains("trammel archive init URI"));
@@ -70,6 +84,7 @@ TEST_CASE("init, push, list, status, verify and pull as a person types them", "[
   CHECK(listed[0]["machine"] == "3-PRR");
   CHECK(listed[0]["head"] == pushed["campaigns"][0]["head"]);
   CHECK(run({"status"})["stations"][0]["n_readings"] == 12);
+  CHECK(run({"rerun", "--stage", "lsq", "--campaign", "rail", "--newest", "3"})["queued"] == 1);
   CHECK(run({"verify"})["ok"] == true);
   CHECK(run({"pull", "--out", "again.db"})["n_readings"] == 12);
   CHECK(tests::content(folder.file("again.db")) == tests::content(folder.file("lab.db")));
@@ -89,5 +104,5 @@ TEST_CASE("an archive of a newer program is refused with both versions, and left
   const Finished done = run_program(
       {"archive", "init", server->uri(archive, "owner"), "--db", "lab.db"}, folder.path());
   CHECK(done.exit_code == 8);
-  CHECK_THAT(done.err, Contains("99") && Contains("version 1"));
+  CHECK_THAT(done.err, Contains("99") && Contains("version 3"));
 }

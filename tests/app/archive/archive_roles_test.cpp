@@ -46,7 +46,8 @@ TEST_CASE("what is stored is neither changed nor deleted, by its owner either", 
   tests::Postgres* server = tests::Postgres::shared();
   if (server == nullptr) return;
   const Filled archive(*server);
-  for (const char* table : {"archive_row", "reading", "campaign", "session", "job", "station"}) {
+  for (const char* table :
+       {"archive_row", "reading", "campaign", "session", "point", "job", "result", "station"}) {
     const std::string of = std::string("trammel.") + table;
     const char* column = table == std::string("station") ? "uuid" : "campaign";
     CAPTURE(table);
@@ -74,7 +75,7 @@ TEST_CASE("each role may what it is for and nothing else", "[archive]") {
   const Filled archive(*server);
   struct Try {
     const char* role;
-    const char* sql;
+    std::string sql;
     bool may;
   };
   const std::vector<Try> tries = {
@@ -96,6 +97,24 @@ TEST_CASE("each role may what it is for and nothing else", "[archive]") {
       {"robot_a", "SET session_replication_role = replica", false},
       {"owner", "SET session_replication_role = replica", false},
       {"robot_a", "SELECT trammel.rows_arrived()", false},
+      {"visitor", "SELECT count(*) FROM trammel.work", true},
+      {"visitor", "SELECT trammel.queue('lsq', NULL, false, NULL, NULL, NULL)", false},
+      {"robot_a", "SELECT trammel.queue('lsq', NULL, false, NULL, NULL, NULL)", true},
+      {"robot_a", "INSERT INTO trammel.work (stage, force, campaign) VALUES ('lsq', false, 'x')",
+       false},
+      {"visitor", "SELECT * FROM trammel.claim('x', 'y', 1)", false},
+      {"robot_a", "SELECT * FROM trammel.claim('x', 'y', 1)", false},
+      {"robot_a", "SELECT trammel.heartbeat(1, gen_random_uuid(), 1)", false},
+      {"robot_a", "SELECT trammel.give_back(1, gen_random_uuid(), '')", false},
+      {"robot_a",
+       "SELECT trammel.finish(1, gen_random_uuid(), 'x', 'y', 'z', NULL, NULL, NULL, NULL, NULL)",
+       false},
+      {"worker", "SELECT * FROM trammel.claim('" + kStationB + "', 'y', 1)", true},
+      {"worker", "SELECT * FROM trammel.claim('" + kStationA + "', 'y', 1)", false},  // robot_a's
+      {"worker", "UPDATE trammel.work SET state = 'done'", false},
+      {"worker", "DELETE FROM trammel.work", false},
+      {"worker", "INSERT INTO trammel.result (machine) VALUES ('y')", false},
+      {"worker", "SELECT trammel.result_filled()", false},
       {"robot_a", "CREATE FUNCTION trammel.sha256(bytea) RETURNS bytea LANGUAGE sql AS 'SELECT $1'",
        false},
   };

@@ -29,6 +29,8 @@ TEST_CASE("what was changed behind the guards is found", "[archive]") {
        "table_name = 'job'",
        "a row of job is not"},
       {"DELETE FROM trammel.archive_row WHERE table_name = 'exclusion'", "other rows"},
+      {"DELETE FROM trammel.job_statistic", "a row of job_statistic differs"},
+      {"UPDATE trammel.attempt SET status = 'ok'", "a row of attempt differs"},
       {"UPDATE trammel.campaign SET name = 'other'", "a row of campaign differs"},
       {"UPDATE trammel.job SET duration_s = duration_s + 1e-9", "a row of job differs"},
       {"DELETE FROM trammel.session WHERE name = 'baseline'", "a row of session differs"},
@@ -64,6 +66,8 @@ TEST_CASE("doubles come out of canonical bytes with their bits", "[archive]") {
                      "float8send((trammel.real_of(b)::text)::float8) <> b)") == "0");
   archive::Link link({.uri = uri, .who = "tests"});
   CHECK_THROWS_AS(link.ask("SELECT trammel.real_of('\\x7ff0000000000000')"), StoreError);
-  CHECK_THROWS_AS(link.ask("SELECT trammel.values_of('\\x6900', 9)"), StoreError);
-  CHECK_THROWS_AS(link.ask("SELECT trammel.values_of('\\x74ffffffffffffffff61', 9)"), StoreError);
+  CHECK_THROWS_AS(link.ask("SELECT trammel.part_of('exclusion', '\\x6900', '{1}', 1)"), StoreError);
+  CHECK_THROWS_AS(link.ask("SELECT trammel.part_of('exclusion', "
+                           "'\\x69000000000000000074ffffffffffffffff61', '{1}', 1)"),
+                  StoreError);
 }

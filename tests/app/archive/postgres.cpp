@@ -1,9 +1,13 @@
 #include "tests/app/archive/postgres.hpp"
 
 #include <pwd.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <thread>
 #include <vector>
 
 #include "app/archive/install.hpp"
@@ -37,6 +41,8 @@ Finished as_postgres(std::vector<std::string> words) {
   return done;
 }
 
+int own_port() { return 20000 + static_cast<int>(getpid()) % 20000; }
+
 }  // namespace
 
 Postgres* Postgres::shared() {
@@ -45,12 +51,21 @@ Postgres* Postgres::shared() {
     skip_without("postgresql");
     return nullptr;
   }
-  static Postgres server(programs);
+  static Postgres server(programs, own_port(), false);
   return &server;
 }
 
-Postgres::Postgres(const std::string& programs)
-    : programs_(programs), port_(20000 + static_cast<int>(getpid()) % 20000) {
+std::unique_ptr<Postgres> Postgres::durable() {
+  const std::string programs = programs_of_postgres();
+  if (programs.empty()) {
+    skip_without("postgresql");
+    return nullptr;
+  }
+  return std::unique_ptr<Postgres>(new Postgres(programs, own_port() + 20000, true));
+}
+
+Postgres::Postgres(const std::string& programs, int port, bool fsync)
+    : programs_(programs), port_(port), fsync_(fsync) {
   const std::filesystem::path data = folder_.path() / "data";
   if (geteuid() == 0) {
     const passwd* user = getpwnam("postgres");
@@ -60,12 +75,7 @@ Postgres::Postgres(const std::string& programs)
   }
   as_postgres({programs_ + "/initdb", "-D", data, "-A", "trust", "-U", "postgres", "-N",
                "--no-instructions", "-E", "UTF8", "--locale=C.UTF-8"});
-  // What is tested is not the disk.
-  const std::string settings = "-c listen_addresses=127.0.0.1 -c port=" + std::to_string(port_) +
-                               " -c unix_socket_directories=" + folder_.path().string() +
-                               " -c fsync=off -c shared_buffers=32MB";
-  as_postgres({programs_ + "/pg_ctl", "start", "-w", "-D", data, "-l", folder_.path() / "log", "-o",
-               settings});
+  start();
   archive::Link link({.uri = uri("postgres", "postgres"), .who = "tests"});
   link.run("CREATE ROLE owner LOGIN CREATEROLE");
   for (const char* group : {"trammel_station", "trammel_worker", "trammel_reader"}) {
@@ -75,6 +85,36 @@ Postgres::Postgres(const std::string& programs)
       "CREATE ROLE robot_a LOGIN IN ROLE trammel_station; CREATE ROLE robot_b LOGIN IN ROLE "
       "trammel_station; CREATE ROLE worker LOGIN IN ROLE trammel_worker; CREATE ROLE visitor "
       "LOGIN IN ROLE trammel_reader; CREATE ROLE stranger LOGIN");
+}
+
+void Postgres::start() {
+  const std::string settings = "-c listen_addresses=127.0.0.1 -c port=" + std::to_string(port_) +
+                               " -c unix_socket_directories=" + folder_.path().string() +
+                               (fsync_ ? "" : " -c fsync=off") + " -c shared_buffers=32MB";
+  // A killed server's memory may be held for a moment by children that are not quite dead.
+  for (int left = 20;; --left) {
+    try {
+      as_postgres({programs_ + "/pg_ctl", "start", "-w", "-D", folder_.path() / "data", "-l",
+                   folder_.path() / "log", "-o", settings});
+      return;
+    } catch (const std::runtime_error&) {
+      if (left == 0) throw;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+  }
+}
+
+void Postgres::kill() {
+  std::ifstream file(folder_.path() / "data/postmaster.pid");
+  pid_t postmaster = 0;
+  if (!(file >> postmaster) || postmaster <= 1) throw std::runtime_error("no server to kill");
+  // Its children go with it when they find it gone; the first of all is that nobody starts more.
+  ::kill(postmaster, SIGSTOP);
+  std::ifstream children("/proc/" + std::to_string(postmaster) + "/task/" +
+                         std::to_string(postmaster) + "/children");
+  for (pid_t child = 0; children >> child;) ::kill(child, SIGKILL);
+  ::kill(postmaster, SIGKILL);
+  while (::kill(postmaster, 0) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
 }
 
 Postgres::~Postgres() {

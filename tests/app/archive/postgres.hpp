@@ -14,6 +14,11 @@ class Postgres {
  public:
   /// Started once a process. Nothing where PostgreSQL is not installed: the case is skipped.
   static Postgres* shared();
+  /// Another one, with fsync, to be killed. Nothing where PostgreSQL is not installed.
+  static std::unique_ptr<Postgres> durable();
+  /// SIGKILL to every process of the server.
+  void kill();
+  void start();
   ~Postgres();
   Postgres(const Postgres&) = delete;
   Postgres& operator=(const Postgres&) = delete;
@@ -26,10 +31,11 @@ class Postgres {
   [[nodiscard]] int port() const { return port_; }  // of 127.0.0.1 too, without TLS
 
  private:
-  explicit Postgres(const std::string& programs);
+  Postgres(const std::string& programs, int port, bool fsync);
   TemporaryFolder folder_;
   std::string programs_;
   int port_ = 0;
+  bool fsync_ = false;
   int n_archives_ = 0;
 };
 

@@ -119,7 +119,7 @@ TEST_CASE("a push that is cut at any message leaves all or nothing, and resumes"
   // Nothing lost, doubled or altered.
   CHECK(tests::asked(cuts.direct(), "SELECT count(*) FROM trammel.findings()") == "0");
   archive::Link link({.uri = cuts.direct(), .who = "tests"});
-  static_cast<void>(archive::pull(link, kStationA, cuts.beside("again.db")));
+  static_cast<void>(archive::pull(link, {.station = kStationA}, cuts.beside("again.db")));
   CHECK(tests::content(cuts.beside("again.db")) == tests::content(cuts.file()));
 }
 

@@ -34,7 +34,7 @@ Sent sent(const std::vector<archive::Pushed>& pushed) {
 
 void pull_to(const std::string& uri, const std::string& station, const std::filesystem::path& to) {
   archive::Link link({.uri = uri, .who = "tests"});
-  static_cast<void>(archive::pull(link, station, to));
+  static_cast<void>(archive::pull(link, {.station = station}, to));
 }
 
 /// What a push says when it is refused.

@@ -9,6 +9,7 @@
 #include "store/model.hpp"
 #include "store/open.hpp"
 #include "store/session.hpp"
+#include "tests/app/job/campaign_fixture.hpp"
 #include "tests/store/fixtures.hpp"
 
 namespace trammel::tests {
@@ -77,6 +78,32 @@ void add_full_campaign(Connection& db, const std::string& name) {
   store::add_model(db, {.campaign_id = campaign, .name = "nominal", .identify_rms_mm = 0.2});
   store::add_model(db,
                    {.campaign_id = campaign, .name = "geometry", .parent = 1, .job_id = second});
+}
+
+void add_small_campaigns(Connection& db, const std::string& prefix, int n) {
+  static const Campaign paper = paper_campaign();
+  for (int k = 0; k < n; ++k) {
+    Campaign campaign = paper;
+    campaign.name = prefix + " " + std::to_string(k);
+    campaign.readings.assign(paper.readings.begin() + k % 60, paper.readings.begin() + k % 60 + 20);
+    campaign.readings[0].measured->x_mm += 1e-3 * k;
+    int seq = 0;
+    for (Reading& reading : campaign.readings) reading.seq = ++seq;
+    store::import_campaign(db, campaign);
+  }
+}
+
+archive::WorkDone work_at(const std::string& uri, const std::string& station, unsigned jobs,
+                          double lease_s) {
+  return archive::work({.station = station,
+                        .machine = "machine of " + station.substr(0, 1),
+                        .jobs = jobs,
+                        .until_empty = true,
+                        .lease_s = lease_s,
+                        .connect = [&uri] {
+                          return std::make_unique<archive::Link>(
+                              archive::LinkOptions{.uri = uri, .who = "tests"});
+                        }});
 }
 
 std::map<std::string, std::vector<std::string>> content(const std::filesystem::path& file) {

@@ -1,0 +1,133 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/archive/commands.hpp"
+#include "app/archive/install.hpp"
+#include "app/terminal/progress.hpp"
+
+namespace trammel::archive {
+
+namespace {
+
+constexpr const char* kTime = "'YYYY-MM-DD\"T\"HH24:MI:SS\"Z\"'";
+
+/// A list of the status: its name, its columns, and what is asked for them.
+struct List {
+  const char* key;
+  std::vector<Column> columns;
+  std::string sql;
+};
+
+const std::vector<List>& lists() {
+  static const std::vector<List> all = {
+      {"stations",
+       {{"station"},
+        {"role"},
+        {"n_campaigns", true},
+        {"n_readings", true},
+        {"n_rows", true},
+        {"last_push"}},
+       fmt::format("SELECT s.uuid, s.role, count(h.campaign), coalesce(sum(h.n_readings), "
+                   "0)::bigint, coalesce(sum(h.n_rows), 0)::bigint, to_char(max(h.moved_at) AT "
+                   "TIME ZONE 'UTC', {}) FROM trammel.station AS s LEFT JOIN trammel.campaign_head "
+                   "AS h ON h.station = s.uuid GROUP BY s.uuid, s.role ORDER BY 6 DESC NULLS LAST",
+                   kTime)},
+      // Of the last hour, and those that hold something.
+      {"workers",
+       {{"worker"}, {"machine"}, {"n_claimed", true}, {"n_done", true}, {"n_lost", true}},
+       "SELECT worker, machine, count(*) FILTER (WHERE state = 'claimed'), count(*) FILTER (WHERE "
+       "state = 'done'), count(*) FILTER (WHERE lease_until < now()) FROM trammel.work WHERE "
+       "worker IS NOT NULL AND (state = 'claimed' OR finished_at > now() - interval '1 hour') "
+       "GROUP BY worker, machine ORDER BY machine, worker"},
+      {"failures",
+       {{"campaign"}, {"stage"}, {"attempts", true}, {"machine"}, {"error"}, {"finished"}},
+       fmt::format("SELECT c.name, w.stage, w.attempts, w.machine, w.error, to_char(w.finished_at "
+                   "AT TIME ZONE 'UTC', {}) FROM trammel.work AS w LEFT JOIN trammel.campaign AS c "
+                   "USING (campaign) WHERE w.state = 'failed' ORDER BY w.finished_at DESC LIMIT 50",
+                   kTime)},
+      {"alarms",
+       {{"campaign"},
+        {"job_key"},
+        {"cpu_level"},
+        {"machine"},
+        {"station"},
+        {"outcome"},
+        {"other_machine"},
+        {"other_station"},
+        {"other_outcome"}},
+       "SELECT campaign, job_key, cpu_level, machine, station, outcome, other_machine, "
+       "other_station, other_outcome FROM trammel.v_alarm ORDER BY received_at DESC LIMIT 50"}};
+  return all;
+}
+
+struct Queue {
+  std::int64_t waiting = 0, claimed = 0, done = 0, failed = 0;
+  std::optional<double> rate_per_s = {};  // of the last ten minutes
+  [[nodiscard]] std::optional<double> time_left_s() const {
+    if (!rate_per_s || *rate_per_s <= 0) return std::nullopt;
+    return static_cast<double>(waiting + claimed) / *rate_per_s;
+  }
+};
+
+Queue queue_of(Link& link) {
+  const auto row =
+      link.ask(
+              "SELECT count(*) FILTER (WHERE state = 'waiting'), count(*) FILTER (WHERE state = "
+              "'claimed'), count(*) FILTER (WHERE state = 'done'), count(*) FILTER (WHERE state = "
+              "'failed'), (SELECT CASE WHEN count(*) > 1 THEN count(*) / greatest(0.001, "
+              "extract(epoch FROM max(finished_at) - min(finished_at))) END FROM trammel.work "
+              "WHERE finished_at > now() - interval '10 minutes')::float8 FROM trammel.work")
+          .at(0);
+  return {.waiting = std::stoll(row[0].value()),
+          .claimed = std::stoll(row[1].value()),
+          .done = std::stoll(row[2].value()),
+          .failed = std::stoll(row[3].value()),
+          .rate_per_s = row[4] ? std::optional(std::stod(*row[4])) : std::nullopt};
+}
+
+std::string queue_text(const Queue& queue) {
+  std::string text = fmt::format("{} waiting, {} being computed, {} done, {} failed", queue.waiting,
+                                 queue.claimed, queue.done, queue.failed);
+  if (queue.rate_per_s) text += fmt::format(", {:.3g} a second", *queue.rate_per_s);
+  if (const auto left = queue.time_left_s(); left && queue.waiting + queue.claimed > 0) {
+    text += ", " + terminal::clock_text(*left) + " left";
+  }
+  return text;
+}
+
+}  // namespace
+
+ExitCode run_status(const cli::ArchiveOptions& options, cli::Context& context) {
+  Link link = link_to(options, context);
+  require_archive(link);
+  const Queue queue = queue_of(link);
+  cli::Json json = cli::Json::object();
+  std::string text = "work: " + queue_text(queue);
+  bool alarm = false;
+  for (const List& list : lists()) {
+    const auto rows = link.ask(list.sql);
+    json[list.key] = rows_json(list.columns, rows);
+    alarm = alarm || (std::string_view(list.key) == "alarms" && !rows.empty());
+    if (!rows.empty()) text += fmt::format("\n\n{}\n{}", list.key, rows_text(list.columns, rows));
+  }
+  json["work"] = {
+      {"waiting", queue.waiting},
+      {"claimed", queue.claimed},
+      {"done", queue.done},
+      {"failed", queue.failed},
+      {"rate_per_s", queue.rate_per_s ? cli::Json(*queue.rate_per_s) : cli::Json()},
+      {"time_left_s", queue.time_left_s() ? cli::Json(*queue.time_left_s()) : cli::Json()}};
+  if (context.json) {
+    context.print("archive-status", json);
+  } else {
+    context.print(text);
+  }
+  if (!alarm) return ExitCode::ok;
+  context.say(
+      "alarm: one calibration came out otherwise on two machines of one kind; one of them "
+      "computes wrongly");
+  return ExitCode::not_acceptable;
+}
+
+}  // namespace trammel::archive
