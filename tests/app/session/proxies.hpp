@@ -31,10 +31,28 @@ inline Alter from_pose(int n, Alter change) {
   };
 }
 
-inline Alter renaming() {
-  return [](std::string& answer) {
-    const std::size_t at = answer.find("P1 result");
-    if (at != std::string::npos) answer[at + 1] = '2';
+/// The point's answer comes under the name of another.
+inline Alter renaming(char point = '1', char other = '2') {
+  return [point, other](std::string& answer) {
+    const std::size_t at = answer.find(std::string("P") + point + " result");
+    if (at != std::string::npos) answer[at + 1] = other;
+  };
+}
+
+/// `change` what is said of one point.
+inline Alter only(std::string point, Alter change) {
+  return [point = std::move(point), change = std::move(change)](std::string& answer) {
+    if (point_of(answer) == point) change(answer);
+  };
+}
+
+/// P2 is seen a second time, under the name of P3.
+inline Alter one_nest_twice() {
+  return [last = std::string()](std::string& answer) mutable {
+    if (point_of(answer) == "P2") last = answer;
+    if (point_of(answer) != "P3" || last.empty()) return;
+    answer = last;
+    renaming('2', '3')(answer);
   };
 }
 
@@ -113,6 +131,14 @@ inline Alter knocked(int n, double by_mm) {
   return [n, by_mm, poses = 0](std::string& answer) mutable {
     poses += point_of(answer) == "P1" ? 1 : 0;
     if (poses >= n) shift(answer, by_mm);
+  };
+}
+
+/// From its n-th pose on it goes on moving, by as much with each pose.
+inline Alter creeping(int n, double by_mm) {
+  return [n, by_mm, poses = 0](std::string& answer) mutable {
+    poses += point_of(answer) == "P1" ? 1 : 0;
+    if (poses >= n) shift(answer, by_mm * (poses - n + 1));
   };
 }
 
