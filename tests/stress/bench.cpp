@@ -43,12 +43,12 @@ void note_problem(BenchRow& row, const std::string& what) {
 }
 
 /// What the campaign holds that is not what was done.
-void judge(BenchRow& row, SocketCampaign& campaign, bool whole) {
+void judge(BenchRow& row, SocketCampaign& campaign, bool whole, const Outcome& outcome) {
   const auto problems = campaign.problems(whole);
   for (const std::string& problem : problems) {
     ++(problem.ends_with(tests::kLost) ? row.lost : row.falsehoods);
   }
-  if (!problems.empty()) note_problem(row, problems.front());
+  if (!problems.empty()) note_problem(row, problems.front() + "; " + outcome.detail);
 }
 
 // ---- answers that lie ----
@@ -173,7 +173,7 @@ BenchRow lied_to(const Falsehood& lie, int runs, Random& random) {
     const bool done = outcome.state == session::State::done;
     row.done += done ? 1 : 0;
     row.readings += outcome.n_stored;
-    judge(row, campaign, done);
+    judge(row, campaign, done, outcome);
     if (done != lie.ends_well) note_problem(row, fmt::format("done: {}; {}", done, outcome.detail));
   }
   return row;
@@ -232,7 +232,7 @@ BenchRow believing(const Belief& belief, int runs) {
     const Outcome outcome = campaign.run();
     row.readings += outcome.n_stored;
     row.done += outcome.state == session::State::done ? 1 : 0;
-    judge(row, campaign, false);
+    judge(row, campaign, false, outcome);
   }
   return row;
 }
