@@ -4,12 +4,15 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
 #include <regex>
 #include <string>
 #include <utility>
+
+#include "core/statistics/random.hpp"
 
 namespace trammel::tests {
 
@@ -131,6 +134,26 @@ inline Alter knocked(int n, double by_mm) {
   return [n, by_mm, poses = 0](std::string& answer) mutable {
     poses += point_of(answer) == "P1" ? 1 : 0;
     if (poses >= n) shift(answer, by_mm);
+  };
+}
+
+/// One answer in `of`, at random, is what `change` makes of it; the others are as they came.
+inline Alter sometimes(Random random, std::uint64_t of, Alter change) {
+  return [random, of, change = std::move(change)](std::string& answer) mutable {
+    std::string changed = answer;
+    change(changed);  // it may have a memory
+    if (random.below(of) == 0) answer = changed;
+  };
+}
+
+/// x in another unit.
+inline Alter scaled(double by) {
+  return [by](std::string& answer) {
+    std::smatch found;
+    if (!std::regex_search(answer, found, std::regex("result (-?[0-9.]+)"))) return;
+    answer.replace(static_cast<std::size_t>(found.position(1)),
+                   static_cast<std::size_t>(found.length(1)),
+                   fmt::format("{:.6f}", by * std::stod(found[1].str())));
   };
 }
 
