@@ -107,6 +107,17 @@ Connection::Connection(const std::filesystem::path& file, Access access)
                       .got = folder ? "a folder" : "a device or a pipe",
                       .expected = "a file"});
   }
+  if (access != Access::read_only && std::filesystem::is_regular_file(file, ignored) &&
+      std::filesystem::hard_link_count(file, ignored) > 1) {
+    throw StoreError(
+        {.what = "the database's file has a second name, and each name has a log of its own: who "
+                 "writes by one spoils what was written by the other",
+         .where = {.file = file.string()},
+         .got = "hard links",
+         .expected = "one name",
+         .hint = "copy it by `trammel db backup --out FILE` and remove the other name (`find / "
+                 "-samefile FILE`)"});
+  }
   const bool immutable = access == Access::read_only && stands_still(file);
   const int flags = SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX |
                     (access == Access::read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |

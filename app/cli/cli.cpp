@@ -251,7 +251,9 @@ void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand
           "`trammel archive` is the program of the package trammel-archive.\n"
           "NO_COLOR is honoured. `trammel man` prints all of this as a man page.",
       "trammel " + store::this_program().tool_version);
-  app.option("--db", context.db_option, "Database file").type("FILE");
+  app.option("--db", context.db_option, "Database file").type("FILE").check([](const auto& word) {
+    return std::string(word.empty() ? "a database has a name" : "");
+  });
   app.flag("--json", context.json, "Print one JSON object instead of text");
   app.flag("--quiet", context.quiet, "No talk on stderr, errors only");
   app.option("--out", context.out, "File to write instead of stdout").type("FILE");

@@ -75,6 +75,9 @@ std::string Freshness::look_at_time(const std::optional<std::int64_t>& stamp_s, 
       old = fmt::format("its time is {:.1f} s before the question", early_s);
     }
     const double jump_s = stamp - answered_s - *ahead_s_;
+    if (by_host_clock_ && jump_s > kSecondsPerHour + kOldS) {  // (2)
+      return fmt::format("its time is {:.1f} s after the answer", jump_s);
+    }
     if (!old.empty() && !hour_taken_ && std::abs(jump_s + kSecondsPerHour) <= kOldS) {
       hour_taken_ = true;
       note_ = fmt::format("the instrument's clock has gone back by an hour, {:.1f} s", jump_s);

@@ -29,9 +29,10 @@ double host_now_s();
 /// An answer is old when
 ///   stamp < the latest stamp of this connection - 1 s                                        (1)
 ///   stamp < host time of the question + a - 2 s           (`by_host_clock` alone)            (2)
-/// but for one jump back by an hour (+-2 s against a), when the clocks are put back; and where all
-/// values are the bits of the last answer for the same nest, though the platform has moved. (3)
-/// Proof: freshness_test.cpp.
+/// and of no time at all when it is later than its coming by more than the hour by which clocks are
+/// put forward; but for one jump back by an hour (+-2 s against a), when the clocks are put back;
+/// and where all values are the bits of the last answer for the same nest, though the platform has
+/// moved. (3) Proof: freshness_test.cpp.
 class Freshness {
  public:
   /// An emulated instrument has a time of its own, with which (2) does not go.

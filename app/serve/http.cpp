@@ -1,6 +1,7 @@
 #include "app/serve/http.hpp"
 
 #include <event2/buffer.h>
+#include <event2/bufferevent.h>
 #include <event2/event.h>
 #include <event2/http.h>
 #include <event2/listener.h>
@@ -8,12 +9,14 @@
 #include <netinet/in.h>
 #include <signal.h>
 #include <sys/eventfd.h>
-#include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <deque>
 #include <thread>
 #include <utility>
 
@@ -51,15 +54,6 @@ int port_of(evconnlistener* listener) {
   return ntohs(address.sin_port);
 }
 
-/// A connection takes a handle until its client has asked or its patience is over. Those of a
-/// thousand clients who never ask must not be all there are: as many as this user may have.
-void allow_many_handles() {
-  rlimit handles{};
-  if (::getrlimit(RLIMIT_NOFILE, &handles) != 0) return;
-  handles.rlim_cur = handles.rlim_max;
-  ::setrlimit(RLIMIT_NOFILE, &handles);
-}
-
 /// A client that has gone away is no reason to end.
 void block_broken_pipes() {
   sigset_t pipe;
@@ -79,10 +73,46 @@ void send(evhttp_request* request, const Reply& reply) {
 
 }  // namespace
 
+/// Connections whose request has not come whole, oldest first. One too many, and the oldest is read
+/// for the last time: a request that lies there is answered still, half a one ends. So none who
+/// asks waits for those who do not, whatever handles this process may have.
+class Waiting {
+ public:
+  explicit Waiting(std::size_t most) : most_(most) {}
+  ~Waiting() {
+    for (bufferevent* each : waiting_) bufferevent_decref(each);
+  }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+
+  /// Held too, so that its socket's number is not another's until it is left.
+  bufferevent* enter(event_base* base) {
+    bufferevent* made = bufferevent_socket_new(base, -1, BEV_OPT_CLOSE_ON_FREE);
+    if (made == nullptr) return nullptr;
+    bufferevent_incref(made);
+    waiting_.push_back(made);
+    if (waiting_.size() > most_) {
+      ::shutdown(bufferevent_getfd(waiting_.front()), SHUT_RD);
+      leave(waiting_.front());
+    }
+    return made;
+  }
+  void leave(bufferevent* connection) {
+    const auto found = std::ranges::find(waiting_, connection);
+    if (found == waiting_.end()) return;
+    waiting_.erase(found);
+    bufferevent_decref(connection);
+  }
+
+ private:
+  std::size_t most_;
+  std::deque<bufferevent*> waiting_;
+};
+
 /// All but the constructor and stop() in one thread: libevent's locks are not needed.
 struct HttpServer::Loop {
-  Loop(int wanted_port, std::chrono::milliseconds patience, Answer asked)
-      : answer(std::move(asked)), wake(::eventfd(0, EFD_CLOEXEC)) {
+  Loop(int wanted_port, std::chrono::milliseconds patience, std::size_t most_waiting, Answer asked)
+      : answer(std::move(asked)), wake(::eventfd(0, EFD_CLOEXEC)), waiting(most_waiting) {
     evconnlistener* listener = listen_on(base.get(), wanted_port);
     if (listener == nullptr) {
       ::close(wake);
@@ -91,7 +121,6 @@ struct HttpServer::Loop {
                                      .got = std::to_string(wanted_port),
                                      .expected = "one that is free; 0 finds one"});
     }
-    allow_many_handles();
     port = port_of(listener);
     evconnlistener_set_error_cb(listener, [](evconnlistener*, void*) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));  // until handles are free again
@@ -103,6 +132,7 @@ struct HttpServer::Loop {
     evhttp_set_max_body_size(http.get(), 0);
     const timeval limit = {patience.count() / 1000, patience.count() % 1000 * 1000};
     evhttp_set_timeout_tv(http.get(), &limit);
+    evhttp_set_bevcb(http.get(), on_connection, this);
     evhttp_set_gencb(http.get(), on_request, this);
     woken.reset(event_new(base.get(), wake, EV_READ, on_wake, base.get()));
     event_add(woken.get(), nullptr);
@@ -124,7 +154,13 @@ struct HttpServer::Loop {
     event_base_loopbreak(static_cast<event_base*>(base));
   }
 
+  static bufferevent* on_connection(event_base* base, void* self) {
+    return static_cast<Loop*>(self)->waiting.enter(base);
+  }
+
   static void on_request(evhttp_request* request, void* self) {
+    static_cast<Loop*>(self)->waiting.leave(
+        evhttp_connection_get_bufferevent(evhttp_request_get_connection(request)));
     Reply reply;
     try {
       reply = static_cast<const Loop*>(self)->reply_to(*request);
@@ -146,13 +182,15 @@ struct HttpServer::Loop {
   int wake;
   int port = 0;
   std::unique_ptr<event_base, decltype(&event_base_free)> base{event_base_new(), event_base_free};
+  Waiting waiting;
   std::unique_ptr<event, decltype(&event_free)> woken{nullptr, event_free};
   std::unique_ptr<evhttp, decltype(&evhttp_free)> http{nullptr, evhttp_free};
   std::thread thread;
 };
 
-HttpServer::HttpServer(int port, std::chrono::milliseconds patience, Answer answer)
-    : loop_(std::make_unique<Loop>(port, patience, std::move(answer))) {}
+HttpServer::HttpServer(int port, std::chrono::milliseconds patience, std::size_t most_waiting,
+                       Answer answer)
+    : loop_(std::make_unique<Loop>(port, patience, most_waiting, std::move(answer))) {}
 
 HttpServer::~HttpServer() { stop(); }
 

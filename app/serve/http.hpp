@@ -2,6 +2,7 @@
 // HTTP for browsers of this machine: GET on 127.0.0.1, and nothing more.
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -18,7 +19,8 @@ struct Reply {
 /// Answers from a thread of its own, from construction until it is stopped, one request a
 /// connection. Who asks by another name than 127.0.0.1 or localhost (DNS rebinding) gets 404, who
 /// does anything but GET 501, and who sends more than 16 KiB of headers, or is slower than
-/// `patience`, is cut off. Bodies are not read. No answer is kept by the browser, shown in a frame
+/// `patience`, is cut off; so is, of more than `most_waiting` who have not asked yet, the one that
+/// came first. Bodies are not read. No answer is kept by the browser, shown in a frame
 /// or handed to a page of another site.
 ///
 /// Over libevent, not cpp-httplib: Debian's is linked with OpenSSL, brotli and zlib, and sets up
@@ -32,7 +34,7 @@ class HttpServer {
   using Answer = std::function<Reply(std::string_view path)>;
 
   /// Port 0: any that is free. Throws Error (exit 7) where the port is taken.
-  HttpServer(int port, std::chrono::milliseconds patience, Answer answer);
+  HttpServer(int port, std::chrono::milliseconds patience, std::size_t most_waiting, Answer answer);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;

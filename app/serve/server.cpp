@@ -93,9 +93,9 @@ Reply reply_to(std::string_view path, const std::string& root, const Options& op
 
 struct Server::Inside {
   explicit Inside(Options given)
-      : options(std::move(given)), http(options.port, options.patience, [this](auto path) {
-          return reply_to(path, root, options);
-        }) {}
+      : options(std::move(given)),
+        http(options.port, options.patience, options.most_waiting,
+             [this](auto path) { return reply_to(path, root, options); }) {}
 
   Options options;
   std::string root = "/" + random_token() + "/";

@@ -16,6 +16,9 @@ struct Options {
   // With a client that is slow to ask, or to read: it holds up nobody, and one that asks while a
   // page is being made has to wait for that.
   std::chrono::milliseconds patience{30'000};
+  // Connections of which no request has come whole: a browser opens six, and every process may
+  // have 1024 handles.
+  std::size_t most_waiting = 64;
 };
 
 /// Answers on 127.0.0.1 alone, under a path that holds a random token: who does not know it,

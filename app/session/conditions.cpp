@@ -132,11 +132,14 @@ bool Runner::conditions_hold(const PlannedPoint& point) {
       if (tired) {
         detail_ = fmt::format("conditions stayed bad for {:g} s: {}", waited_s, found.bad);
       }
-      // A step was seen at the point that made it: what is stored comes before it.
+      // A step is seen at the point that makes it, and what is stored comes before it; unless it
+      // was preceded by smaller ones, which show when the last points are measured again.
       const Doubt unproven = doubt();
       if (unproven.moved && stepped_.empty()) {
         if (detail_.empty()) detail_ = "stopped by " + surroundings_.stopped_by();
         detail_ += exclude(unproven.points, found.bad);
+      } else if (unproven.moved && tired && !settle(unproven, found.bad)) {
+        return false;
       }
       advance(Event::stop_asked);
       return false;

@@ -228,11 +228,11 @@ bool Runner::references_hold() {
 
 /// The last points in doubt are measured again in a new set-up, its frame registered anew. Those
 /// measured under base nests that had moved are excluded, all of them, unless these are where they
-/// were. True: it goes on, in the new epoch.
+/// were. Last to first: what creeps on would be as far off again in the order of the first time.
+/// True: it goes on, in the new epoch.
 bool Runner::settle(const Doubt& doubt, const std::string& when) {
-  const auto n = std::min(kReferences, doubt.points.size());
-  const std::vector<PlannedPoint> last(doubt.points.end() - static_cast<std::ptrdiff_t>(n),
-                                       doubt.points.end());
+  const auto n = static_cast<std::ptrdiff_t>(std::min(kReferences, doubt.points.size()));
+  const std::vector<PlannedPoint> last(doubt.points.rbegin(), doubt.points.rbegin() + n);
   const bool whole = stood_.size() == course_.plan.points.size();
   const Visit found =
       visit(last, store::SetUp::fresh, at_least_noise({.xy_mm = course_.settings.policy.drift_mm}),

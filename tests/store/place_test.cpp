@@ -2,6 +2,10 @@
 
 #include "store/place.hpp"
 
+#include <sqlite3.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <fstream>
 #include <functional>
 
@@ -113,6 +117,62 @@ TEST_CASE("a link that leads elsewhere is another database", "[store]") {
   fs::remove(folder.file("link.db"));
   fs::create_symlink(folder.file("other.db"), folder.file("link.db"));
   CHECK_THROWS_WITH(place.require_same(), Contains("link.db is another file"));
+}
+
+TEST_CASE(
+    "a database with two names is read and not written: by the second, what is stored is lost",
+    "[store]") {
+  const TempFolder folder;
+  {
+    Connection db = store::open(folder.file("lab.db"), Access::create);
+    add_campaign(db, test::small_campaign(1, "ours"));
+  }
+  fs::create_hard_link(folder.file("lab.db"), folder.file("link.db"));
+  for (const char* name : {"lab.db", "link.db"}) {
+    CHECK(n_campaigns(folder.file(name)) == 1);
+    for (const Access access : {Access::write, Access::create}) {
+      CHECK_THROWS_WITH(store::open(folder.file(name), access), Contains("a second name"));
+    }
+  }
+  fs::remove(folder.file("link.db"));
+  CHECK_NOTHROW(store::open(folder.file("lab.db"), Access::write));
+
+  // the control: SQLite alone, in two processes, a row by each name
+  const fs::path a = folder.file("a.db"), b = folder.file("b.db");
+  const auto run = [](sqlite3* db, const char* sql) {
+    return sqlite3_exec(db, sql, nullptr, nullptr, nullptr) == SQLITE_OK;
+  };
+  int ends[2];
+  REQUIRE(::pipe(ends) == 0);
+  const pid_t child = ::fork();  // before anything is open that it would share
+  if (child == 0) {
+    char word = 0;
+    static_cast<void>(!::read(ends[0], &word, 1));
+    sqlite3* second = nullptr;
+    sqlite3_open(b.c_str(), &second);
+    ::_exit(run(second, "INSERT INTO t VALUES (2)") ? 0 : 1);
+  }
+  sqlite3* first = nullptr;
+  sqlite3_open(a.c_str(), &first);
+  CHECK(run(first, "PRAGMA journal_mode = WAL; CREATE TABLE t (x)"));
+  CHECK(run(first, "PRAGMA wal_checkpoint(TRUNCATE)"));
+  fs::create_hard_link(a, b);
+  CHECK(run(first, "INSERT INTO t VALUES (1)"));
+  CHECK(::write(ends[1], "b", 1) == 1);
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  CHECK(status == 0);
+  for (const int end : ends) ::close(end);
+  sqlite3_close(first);
+  int left = 2;
+  sqlite3_open(a.c_str(), &first);
+  const auto count = [](void* to, int, char** values, char**) {
+    *static_cast<int*>(to) = std::stoi(values[0]);
+    return 0;
+  };
+  sqlite3_exec(first, "SELECT count(*) FROM t", count, &left, nullptr);
+  sqlite3_close(first);
+  CHECK(left < 2);
 }
 
 TEST_CASE("another log beside the same file is left to those who write it", "[store]") {

@@ -2,6 +2,7 @@
 
 #include <signal.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -41,6 +42,15 @@ void note_problem(BenchRow& row, const std::string& what) {
   if (row.first_problem.empty()) row.first_problem = what;
 }
 
+/// What the campaign holds that is not what was done.
+void judge(BenchRow& row, SocketCampaign& campaign, bool whole, const Outcome& outcome) {
+  const auto problems = campaign.problems(whole);
+  for (const std::string& problem : problems) {
+    ++(problem.ends_with(tests::kLost) ? row.lost : row.falsehoods);
+  }
+  if (!problems.empty()) note_problem(row, problems.front() + "; " + outcome.detail);
+}
+
 // ---- answers that lie ----
 
 /// The n-th answer for one point, twice.
@@ -59,19 +69,29 @@ void misread(SocketCampaign& campaign, int n) {
   };
 }
 
+enum class Ends : unsigned char { unfinished, done, either };
+
 struct Falsehood {
   const char* name;
   void (*tell)(SocketCampaign& campaign, int n, Random& random);
-  bool ends_well = false;  // the campaign comes to its end
+  Ends ends = Ends::unfinished;
 };
 
 constexpr std::array kNoNumbers = {"1e308", "-1e308", "nan", "-", "", "0x10", "1,2", "1e9"};
 
 // From the n-th pose on.
-constexpr std::array<Falsehood, 13> kFalsehoods = {{
+constexpr std::array<Falsehood, 21> kFalsehoods = {{
     {"answers of another point",
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::renaming());
+     }},
+    {"one nest's answers under the name of another",
+     [](SocketCampaign& c, int n, Random&) {
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::renaming('3', '1'));
+     }},
+    {"one nest's answers for another, under its right name",
+     [](SocketCampaign& c, int n, Random&) {
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::one_nest_twice());
      }},
     {"answers of the pose before",
      [](SocketCampaign& c, int n, Random&) {
@@ -80,6 +100,10 @@ constexpr std::array<Falsehood, 13> kFalsehoods = {{
     {"answers of two poses before",
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::lagging(2));
+     }},
+    {"answers of three poses before",
+     [](SocketCampaign& c, int n, Random&) {
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::lagging(3));
      }},
     {"answers of the line before",
      [](SocketCampaign& c, int n, Random&) {
@@ -106,6 +130,11 @@ constexpr std::array<Falsehood, 13> kFalsehoods = {{
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::frozen());
      }},
+    {"one nest's answers frozen",
+     [](SocketCampaign& c, int n, Random& random) {
+       const std::string nest = "P" + std::to_string(1 + random.below(3));
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::only(nest, tests::frozen()));
+     }},
     {"answers of 1999",
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::dated("11/27/1999"));
@@ -114,14 +143,33 @@ constexpr std::array<Falsehood, 13> kFalsehoods = {{
      [](SocketCampaign& c, int n, Random&) {
        c.lab.to_tracker.alter = tests::from_pose(n, tests::dated("99/99/0000"));
      }},
+    {"answers of 2099 from an instrument whose clock is its own",
+     [](SocketCampaign& c, int n, Random&) {
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::dated("11/27/2099"));
+     },
+     Ends::done},
     {"an answer that comes twice",
      [](SocketCampaign& c, int n, Random& random) {
        c.lab.to_tracker.alter = doubled("P" + std::to_string(1 + random.below(3)), n);
      },
-     true},
+     Ends::done},
     {"a tracker knocked by 2 to 5 mm",
      [](SocketCampaign& c, int n, Random& random) {
        c.lab.to_tracker.alter = tests::knocked(n, random.uniform(2, 5));
+     }},
+    {"a tracker that creeps by 0.1 to 1 mm with each pose",
+     [](SocketCampaign& c, int n, Random& random) {
+       c.lab.to_tracker.alter = tests::creeping(n, random.uniform(0.1, 1));
+     }},
+    {"one answer in four of the pose before, but for the last digit",
+     [](SocketCampaign& c, int n, Random& random) {
+       c.lab.to_tracker.alter = tests::from_pose(
+           n, tests::sometimes(Random(random.below(1'000'000)), 4, tests::lagging_unlike()));
+     },
+     Ends::either},
+    {"answers in inches",
+     [](SocketCampaign& c, int n, Random&) {
+       c.lab.to_tracker.alter = tests::from_pose(n, tests::scaled(1 / 25.4));
      }},
     {"an encoder off by a turn of the screw",
      [](SocketCampaign& c, int n, Random&) { misread(c, n); }},
@@ -129,8 +177,8 @@ constexpr std::array<Falsehood, 13> kFalsehoods = {{
 
 BenchRow lied_to(const Falsehood& lie, int runs, Random& random) {
   BenchRow row{.figure = fmt::format("bench: {}", lie.name),
-               .demand = lie.ends_well ? "each point stored once and as it was"
-                                       : "0 false readings in a session that is done"};
+               .demand = lie.ends == Ends::unfinished ? "not done, and no false reading left valid"
+                                                      : "each point stored once and as it was"};
   for (; row.runs < runs; ++row.runs) {
     SocketCampaign campaign(bench_plan());
     campaign.request.policy.patience_s = 30;
@@ -139,9 +187,9 @@ BenchRow lied_to(const Falsehood& lie, int runs, Random& random) {
     const bool done = outcome.state == session::State::done;
     row.done += done ? 1 : 0;
     row.readings += outcome.n_stored;
-    const auto problems = campaign.problems(done);
-    if (!problems.empty()) note_problem(row, problems.front());
-    if (done != lie.ends_well) note_problem(row, fmt::format("done: {}; {}", done, outcome.detail));
+    judge(row, campaign, done, outcome);
+    if (lie.ends != Ends::either && done != (lie.ends == Ends::done))
+      note_problem(row, fmt::format("done: {}; {}", done, outcome.detail));
   }
   return row;
 }
@@ -199,9 +247,7 @@ BenchRow believing(const Belief& belief, int runs) {
     const Outcome outcome = campaign.run();
     row.readings += outcome.n_stored;
     row.done += outcome.state == session::State::done ? 1 : 0;
-    if (const auto problems = campaign.problems(false); !problems.empty()) {
-      note_problem(row, problems.front());
-    }
+    judge(row, campaign, false, outcome);
   }
   return row;
 }
@@ -267,8 +313,8 @@ BenchRow asked_to_stop(const Moment& moment, int runs, Random& random) {
     row.done += stopped.outcome.state == session::State::done ? 1 : 0;
     row.readings += stopped.outcome.n_stored;
     if (stopped.command_s <= session::kStopDelayS && stopped.rest_s <= kRestS) continue;
-    note_problem(row, fmt::format("command after {:.3f} s, rest after {:.3f} s", stopped.command_s,
-                                  stopped.rest_s));
+    note_problem(row, fmt::format("command after {:.3f} s, rest after {:.3f} s; {}",
+                                  stopped.command_s, stopped.rest_s, stopped.outcome.detail));
   }
   return row;
 }
@@ -359,10 +405,28 @@ struct Meddling {
   bool fills = false;              // the disk takes nothing more
 };
 
-constexpr std::array<Meddling, 7> kMeddlings = {{
+constexpr std::array<Meddling, 10> kMeddlings = {{
     {"removed", [](const Path& db) { std::filesystem::remove(db); }, true},
     {"removed with its log", &remove_all_of, true},
     {"moved", [](const Path& db) { std::filesystem::rename(db, db.string() + ".moved"); }, true},
+    {"replaced by a folder",
+     [](const Path& db) {
+       std::filesystem::remove(db);
+       std::filesystem::create_directory(db);
+     },
+     false},
+    {"replaced by a pipe",
+     [](const Path& db) {
+       std::filesystem::remove(db);
+       ::mkfifo(db.c_str(), 0600);
+     },
+     false},
+    {"replaced by a second name of another laboratory's",
+     [](const Path& db) {
+       std::filesystem::remove(db);
+       std::filesystem::create_hard_link(db.parent_path() / "old.db", db);
+     },
+     false},
     {"replaced by another laboratory's",
      [](const Path& db) {
        copy_over(db.parent_path() / "old.db", db.string() + ".new");
@@ -408,6 +472,7 @@ BenchRow meddled(const Meddling& meddling, const Recorder& recorder, bool contro
     const Found found = recorder.look(db);
     const bool whole = found.verifies && found.n_points >= recording.acknowledged;
     if (!recording.reported && !whole) {
+      row.lost += recording.acknowledged - found.n_points;
       note_problem(row, fmt::format("{} acknowledged, {} there, and nothing was reported",
                                     recording.acknowledged, found.n_points));
     }
@@ -419,6 +484,8 @@ BenchRow meddled(const Meddling& meddling, const Recorder& recorder, bool contro
 }
 
 }  // namespace
+
+int kinds_of_lies() { return static_cast<int>(kFalsehoods.size()); }
 
 std::vector<BenchRow> lying_bench(int runs, std::uint64_t seed) {
   Random random(seed);

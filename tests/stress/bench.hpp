@@ -15,6 +15,8 @@ struct BenchRow {
   int done = 0;          // that came to their end all the same
   int readings = 0;      // stored in all
   int wrong = 0;         // runs that break the demand
+  int falsehoods = 0;    // readings left valid that are not what the robot did
+  int lost = 0;          // readings acknowledged and not there, and nothing reported
   double worst_s = 0;    // from a wish to the stop command, of the rows that measure it
   bool control = false;  // must break it at least once
   std::string first_problem = {};
@@ -26,6 +28,8 @@ struct BenchRow {
 /// line before, frozen, dated, doubled, without a number, knocked, an encoder that is off. `runs`
 /// campaigns of eight points for each kind, the moment random; controls that lack what looks.
 std::vector<BenchRow> lying_bench(int runs, std::uint64_t seed);
+/// For how many kinds.
+int kinds_of_lies();
 
 /// A wish to stop now in every state of a session, in the time of the wall: to the stop command,
 /// and to rails at rest (v / a later). `runs` for each state; a control that asks to finish the

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -40,6 +41,7 @@ struct Life {
   bool killed = false;
   int exit_code = -1;
   int told = 0;  // "k/80" on its terminal
+  std::string last_words = {};
 };
 
 /// The last k of "] k/80" in what the program drew.
@@ -82,7 +84,8 @@ Life live(const std::vector<std::string>& words, double patience_s, int n_points
   waitpid(child, &status, 0);
   return {.killed = WIFSIGNALED(status),
           .exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1,
-          .told = last_told(text, n_points)};
+          .told = last_told(text, n_points),
+          .last_words = text.substr(text.size() - std::min<std::size_t>(text.size(), 400))};
 }
 
 struct State {
@@ -214,7 +217,7 @@ KillCount sweep_socket_kills(const std::filesystem::path& folder, int points, in
     }
     if (life.exit_code == 0) break;
     if (!life.killed) {
-      problem("exit " + std::to_string(life.exit_code));
+      problem("exit " + std::to_string(life.exit_code) + ": " + life.last_words);
       ++count.corrupt;
       break;
     }

@@ -43,6 +43,15 @@ bool no_database(const TemporaryFolder& folder) {
 
 }  // namespace
 
+TEST_CASE("a database without a name is refused, and not taken for one that is not named",
+          "[cli]") {
+  const TemporaryFolder folder;
+  const Finished unnamed = run_program({"campaign", "list", "--db", ""}, folder.path());
+  CHECK(unnamed.exit_code == 2);
+  CHECK_THAT(unnamed.err, Contains("a database has a name"));
+  CHECK(run_program({"campaign", "list"}, folder.path()).exit_code == 3);  // ./trammel.db
+}
+
 TEST_CASE("a protocol whose robot or parameters are wrong leaves no database", "[cli]") {
   const TemporaryFolder folder;
   OrderedJson protocol = small_protocol();

@@ -57,6 +57,17 @@ TEST_CASE("an answer older than its question is refused, once the clocks are kno
   CHECK(asked_at(own, 100, 3).empty());
 }
 
+TEST_CASE("an answer of the future is refused, but for clocks that are put forward by an hour",
+          "[device][freshness]") {
+  for (const double early_s : {1.0, 3600.0, 3700.0, 86'400.0, 2e9}) {
+    CAPTURE(early_s);
+    Freshness fresh;
+    CHECK(asked_at(fresh, 0, 0).empty());
+    CHECK(asked_at(fresh, 100, 100 + early_s).empty() == (early_s <= 3600));
+    if (early_s > 3600) CHECK(asked_at(fresh, 110, 110).empty());  // it knows the clocks as before
+  }
+}
+
 TEST_CASE("time does not go back within a connection, but by an hour, once",
           "[device][freshness]") {
   Freshness fresh(false);

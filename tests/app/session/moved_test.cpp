@@ -103,6 +103,7 @@ TEST_CASE("no reading is acknowledged that is not in the database of this name",
       CHECK(std::ranges::count(read_file(aside[0], 1'000'000), '\n') == 1);
       if (name == "mv another.db over it") CHECK(n_readings(lab) == 16);
       // Put back, it is taken in and gone on with.
+      fs::remove(lab);  // where it is the same file, a rename is none
       fs::rename(lab.string() + ".left", lab);
       for (const char* log : {"-wal", "-shm"}) fs::remove(lab.string() + log);
       store::Connection db = store::open(lab, store::Access::write);

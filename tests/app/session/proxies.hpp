@@ -4,12 +4,15 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
 #include <regex>
 #include <string>
 #include <utility>
+
+#include "core/statistics/random.hpp"
 
 namespace trammel::tests {
 
@@ -31,10 +34,28 @@ inline Alter from_pose(int n, Alter change) {
   };
 }
 
-inline Alter renaming() {
-  return [](std::string& answer) {
-    const std::size_t at = answer.find("P1 result");
-    if (at != std::string::npos) answer[at + 1] = '2';
+/// The point's answer comes under the name of another.
+inline Alter renaming(char point = '1', char other = '2') {
+  return [point, other](std::string& answer) {
+    const std::size_t at = answer.find(std::string("P") + point + " result");
+    if (at != std::string::npos) answer[at + 1] = other;
+  };
+}
+
+/// `change` what is said of one point.
+inline Alter only(std::string point, Alter change) {
+  return [point = std::move(point), change = std::move(change)](std::string& answer) {
+    if (point_of(answer) == point) change(answer);
+  };
+}
+
+/// P2 is seen a second time, under the name of P3.
+inline Alter one_nest_twice() {
+  return [last = std::string()](std::string& answer) mutable {
+    if (point_of(answer) == "P2") last = answer;
+    if (point_of(answer) != "P3" || last.empty()) return;
+    answer = last;
+    renaming('2', '3')(answer);
   };
 }
 
@@ -113,6 +134,34 @@ inline Alter knocked(int n, double by_mm) {
   return [n, by_mm, poses = 0](std::string& answer) mutable {
     poses += point_of(answer) == "P1" ? 1 : 0;
     if (poses >= n) shift(answer, by_mm);
+  };
+}
+
+/// One answer in `of`, at random, is what `change` makes of it; the others are as they came.
+inline Alter sometimes(Random random, std::uint64_t of, Alter change) {
+  return [random, of, change = std::move(change)](std::string& answer) mutable {
+    std::string changed = answer;
+    change(changed);  // it may have a memory
+    if (random.below(of) == 0) answer = changed;
+  };
+}
+
+/// x in another unit.
+inline Alter scaled(double by) {
+  return [by](std::string& answer) {
+    std::smatch found;
+    if (!std::regex_search(answer, found, std::regex("result (-?[0-9.]+)"))) return;
+    answer.replace(static_cast<std::size_t>(found.position(1)),
+                   static_cast<std::size_t>(found.length(1)),
+                   fmt::format("{:.6f}", by * std::stod(found[1].str())));
+  };
+}
+
+/// From its n-th pose on it goes on moving, by as much with each pose.
+inline Alter creeping(int n, double by_mm) {
+  return [n, by_mm, poses = 0](std::string& answer) mutable {
+    poses += point_of(answer) == "P1" ? 1 : 0;
+    if (poses >= n) shift(answer, by_mm * (poses - n + 1));
   };
 }
 

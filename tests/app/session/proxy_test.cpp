@@ -118,6 +118,24 @@ TEST_CASE("a first reading that the second contradicts is excluded, and says why
   CHECK_THAT(campaign.last_event(), Contains("4 points, 1 of them excluded"));
 }
 
+TEST_CASE(
+    "what is stored before a step stays where the tracker was knocked, and goes where it crept",
+    "[session][sockets]") {
+  for (const double creeps_mm : {0.0, 0.3, 1.0}) {
+    CAPTURE(creeps_mm);
+    SocketCampaign campaign(proxied_plan(8));
+    campaign.request.policy.patience_s = 30;
+    campaign.lab.to_tracker.alter = creeps_mm > 0 ? creeping(6, creeps_mm) : knocked(7, 3);
+    const Outcome outcome = campaign.run();
+    CAPTURE(outcome.detail);
+    CHECK(outcome.state != State::done);
+    CHECK(campaign.excluded().empty() == (creeps_mm == 0));
+    const auto problems = campaign.problems(false);
+    CAPTURE(problems);
+    CHECK(problems.empty());
+  }
+}
+
 TEST_CASE("answers that come twice for ever end the session after three tries",
           "[session][sockets]") {
   for (const bool measured : {true, false}) {  // else what is asked while the stage moves

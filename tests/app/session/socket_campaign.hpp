@@ -188,7 +188,9 @@ class SocketCampaign {
     stage["controller"]["reply_timeout_s"] = options.reply_timeout_s;
     if (options.watch_host_s > 0) stage["controller"]["watch_host_s"] = options.watch_host_s;
     stage["motion"]["following_mm"] = options.following_mm;
-    stage["motion"]["poll_s"] = stage["motion"]["settle_s"] = 0;
+    stage["motion"]["poll_s"] = 0;
+    // In the world's own time a motor needs some to come to rest.
+    stage["motion"]["settle_s"] = options.step_s > 0 ? 0 : 0.05;
     auto tracker = nlohmann::json::parse(read_text(examples + "tracker.json"));
     tracker["source"]["port"] = lab.tracker_server.port();
     tracker["source"]["reply_timeout_s"] = options.reply_timeout_s;
@@ -284,8 +286,8 @@ class SocketCampaign {
 
   /// Readings of the session that are not what they must be, in words: each point once, none of a
   /// try that failed, none that the tracker did not accept, each of where the robot really stood
-  /// and how its rails really came there, but for those that are excluded. `whole`: every point is
-  /// there.
+  /// and how its rails really came there, but for those that are excluded; and points that were
+  /// acknowledged and are not there. `whole`: every point is there.
   std::vector<std::string> problems(bool whole = true);
 
  private:
@@ -306,6 +308,7 @@ class SocketCampaign {
   std::map<int, emulate::Standing> seen_;
 };
 
+constexpr const char* kLost = "acknowledged, and not there";
 // Six sigma of a pose of three nests, and of the base found by three; half a count of each rail.
 constexpr double kSeenMm = 0.06, kSeenRad = 6e-4, kStandsMm = 0.006;
 
@@ -371,6 +374,9 @@ inline std::vector<std::string> SocketCampaign::problems(bool whole) {
     const int n = times[point.seq];
     if (n > 1 || (whole && n == 0)) {
       found.push_back(fmt::format("point {}: stored {} times", point.seq, n));
+    }
+    if (n == 0 && seen_.contains(point.seq)) {
+      found.push_back(fmt::format("point {}: {}", point.seq, kLost));
     }
   }
   if (!store::verify(db).ok()) found.push_back("the database does not verify");
