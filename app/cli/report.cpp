@@ -80,7 +80,9 @@ ExitCode print_report(const ReportOptions& options, const Context& context) {
     context.print(with_bold_headings(report::to_text(found, page())));
   }
   const std::string name = shell_word(found.campaign);
-  context.next(found.jobs.empty()    ? "trammel calibrate lsq " + name
+  const bool is_prr = found.mechanism.starts_with("3-PRR");
+  context.next(found.jobs.empty()
+                   ? (is_prr ? "trammel calibrate lsq " : "trammel calibrate geometry ") + name
                : found.story.empty() ? "trammel diagnose " + name
                                      : "trammel assess " + name);
   return answered(found);

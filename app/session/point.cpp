@@ -27,11 +27,17 @@ constexpr int kPointsPerCheckpoint = 16;
 
 constexpr double kFollowingMm = 0.5;  // of a stage that does not say
 
-/// Measured less target.
-Eigen::Vector3d deviation(const Reading& reading) {
-  return reading.measured->vector() - reading.target.vector();
+/// Measured less target; 0 in what is not measured, which a reading holds as 0.
+Eigen::Vector3d deviation(const Reading& reading, const Coordinates& measured) {
+  Eigen::Vector3d off = reading.measured->vector() - reading.target.vector();
+  for (int c = 0; c < 3; ++c) {
+    if (!measured[static_cast<std::size_t>(c)]) off[c] = 0;
+  }
+  return off;
 }
-double deviation_mm(const Reading& reading) { return deviation(reading).head<2>().norm(); }
+double deviation_mm(const Reading& reading, const Coordinates& measured) {
+  return deviation(reading, measured).head<2>().norm();
+}
 
 double way_mm(const Pose& a, const Pose& b) { return std::hypot(b.x_mm - a.x_mm, b.y_mm - a.y_mm); }
 
@@ -53,8 +59,8 @@ const Reading* nearest(const Measured& measured, const Pose& target,
 }
 
 /// How much two deviations differ beyond what their distance explains.
-double step_mm(const Reading& a, const Reading& b) {
-  const double apart_mm = (deviation(a) - deviation(b)).head<2>().norm();
+double step_mm(const Reading& a, const Reading& b, const Coordinates& measured) {
+  const double apart_mm = (deviation(a, measured) - deviation(b, measured)).head<2>().norm();
   return std::max(0.0, apart_mm - kGateSlope * way_mm(a.target, b.target));
 }
 
@@ -143,15 +149,13 @@ Failure Runner::judge(const store::NewReading& stored) const {
   }
   const Pose& target = stored.reading.target;
   const Reading* near = nearest(measured_, target);
-  Eigen::Vector3d off = deviation(stored.reading);
-  for (int c = 0; c < 3; ++c) {
-    if (!devices_->machine.measured[static_cast<std::size_t>(c)]) off[c] = 0;
-  }
+  const Coordinates& measured = devices_->machine.measured;
+  Eigen::Vector3d off = deviation(stored.reading, measured);
   double xy_mm = gate_.first_xy_mm, phi_rad = gate_.first_phi_rad;
   const double least_mm = devices_->virtual_time ? kLashMm : 0;
   const double least_rad = devices_->virtual_time ? kLashRad : 0;
   if (near != nullptr) {
-    const Eigen::Vector3d shared = deviation(*near);
+    const Eigen::Vector3d shared = deviation(*near, measured);
     if (!gate_.stated_xy) {
       off.head<2>() -= shared.head<2>();
       xy_mm = std::max(gate_.xy_mm, least_mm) + kGateSlope * way_mm(near->target, target);
@@ -228,7 +232,8 @@ Failure Runner::look_for_step(const store::NewReading& stored) const {
   const double noise_mm = devices_->sigma ? kSigmas * std::sqrt(2.0) * devices_->sigma->xy_mm : 0.0;
   const double limit_mm =
       std::max({kLeastMm, course_.settings.policy.drift_mm, kTimes * usual_mm_, noise_mm});
-  const double by_mm = step_mm(stored.reading, *nearest(measured_, stored.reading.target));
+  const double by_mm = step_mm(stored.reading, *nearest(measured_, stored.reading.target),
+                               devices_->machine.measured);
   if (by_mm <= limit_mm) return {};
   return {Cause::stepped, device::Status::unstable,
           fmt::format("its deviation is a step of {:.3f} mm from that of the point nearest to it "
@@ -240,7 +245,8 @@ Failure Runner::look_for_step(const store::NewReading& stored) const {
 void Runner::learn_step(int seq) {
   const Reading& reading = measured_.at(seq).data.reading;
   const Reading* near = nearest(measured_, reading.target, seq);
-  if (near != nullptr) usual_mm_ = std::max(usual_mm_, step_mm(reading, *near));
+  if (near != nullptr)
+    usual_mm_ = std::max(usual_mm_, step_mm(reading, *near, devices_->machine.measured));
 }
 
 Failure Runner::try_point(const PlannedPoint& point, store::NewReading& stored) {
@@ -411,7 +417,7 @@ bool Runner::measure_point(const PlannedPoint& point) {
     static_cast<void>(found_by_name());
   }
   if (surroundings_.stored) surroundings_.stored(n_stored_);
-  progress_->stored(deviation_mm(stored.reading));
+  progress_->stored(deviation_mm(stored.reading, devices_->machine.measured));
   return sound_so_far();
 }
 

@@ -194,16 +194,17 @@ PointUncertainty calibrated(const PointUncertainty& own, std::span<const HeldOut
   for (const HeldOut& h : held_out) {
     const Expanded U = own.of(*h.reading);
     const int seq = h.reading->seq;
-    places.push_back({seq, h.error.x_mm, U.U_mm / 2});
-    places.push_back({seq, h.error.y_mm, U.U_mm / 2});
-    orientations.push_back({seq, h.error.phi_rad, U.U_rad / 2});
+    if (h.measured[0]) places.push_back({seq, h.error.x_mm, U.U_mm / 2});
+    if (h.measured[1]) places.push_back({seq, h.error.y_mm, U.U_mm / 2});
+    if (h.measured[2]) orientations.push_back({seq, h.error.phi_rad, U.U_rad / 2});
   }
+  const bool turns = !orientations.empty();
   const Kind place(sigma.xy_mm, std::move(places)), phi(sigma.phi_rad, std::move(orientations));
   constexpr int kNone = -1;
-  return {own.basis + "; by " + std::to_string(held_out.size()) + " held-out points of place " +
-              words_of(place.without(kNone), 1, "mm") + ", of phi " +
-              words_of(phi.without(kNone), deg_from_rad(1), "deg"),
-          [inner = own.of, place, phi](const Reading& reading) {
+  std::string basis = own.basis + "; by " + std::to_string(held_out.size()) +
+                      " held-out points of place " + words_of(place.without(kNone), 1, "mm");
+  if (turns) basis += ", of phi " + words_of(phi.without(kNone), deg_from_rad(1), "deg");
+  return {basis, [inner = own.of, place, phi](const Reading& reading) {
             const Expanded U = inner(reading);
             return Expanded{.U_mm = changed(U.U_mm, place.without(reading.seq)),
                             .U_rad = changed(U.U_rad, phi.without(reading.seq))};
@@ -225,7 +226,9 @@ PointUncertainty held_out_uncertainty(std::span<const HeldOut> held_out, const s
   std::map<int, Squares> of_seq;
   for (const HeldOut& h : held_out) {
     const Pose& e = h.error;
-    const Squares one{(e.x_mm * e.x_mm + e.y_mm * e.y_mm) / 2, e.phi_rad * e.phi_rad, 1};
+    const double x2 = h.measured[0] ? e.x_mm * e.x_mm : 0, y2 = h.measured[1] ? e.y_mm * e.y_mm : 0;
+    const int places = std::max(1, h.measured[0] + h.measured[1]);
+    const Squares one{(x2 + y2) / places, h.measured[2] ? e.phi_rad * e.phi_rad : 0, 1};
     all.add(one, 1);
     of_seq[h.reading->seq].add(one, 1);
   }

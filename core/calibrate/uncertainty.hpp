@@ -32,6 +32,7 @@ std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
 struct HeldOut {
   const Reading* reading = nullptr;
   Pose error;
+  Coordinates measured = {true, true, true};  // what is not measured says nothing
 };
 
 inline constexpr std::size_t kFewestHeldOut = 10;  // a mean square is then known to 30 %

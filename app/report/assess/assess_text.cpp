@@ -108,8 +108,11 @@ std::string uncertainty_text(const Judged& j) {
     const Summary u = summarise(U), phi = summarise(U_rad);
     text = fmt::format(
         "    U (k = 2) of a coordinate {:.4f} to {:.4f} mm, mean {:.4f}; of the position (radius, "
-        "95 %) {:.4f} mm on average; of phi {:.4f} to {:.4f} deg; {} points\n",
-        u.min, u.max, u.mean, k95Radius * u.mean / 2, deg_from_rad(phi.min), deg_from_rad(phi.max),
+        "95 %) {:.4f} mm on average{}; {} points\n",
+        u.min, u.max, u.mean, k95Radius * u.mean / 2,
+        phi.max == 0 ? ""  // it does not turn
+                     : fmt::format("; of phi {:.4f} to {:.4f} deg", deg_from_rad(phi.min),
+                                   deg_from_rad(phi.max)),
         U.size());
   }
   for (const auto& [why, n] : without) text += fmt::format("    no U at {} points: {}\n", n, why);

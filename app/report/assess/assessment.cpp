@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -155,15 +156,20 @@ Pairs cross_validated(const store::Job& job, const Campaign& campaign,
 
 /// Share of the coordinates of place that lie within U (k = 2) and the reading's noise; nothing
 /// without a point in range.
-std::optional<double> covered_pct(const Pairs& pairs, double sigma_mm) {
+std::optional<double> covered_pct(const Pairs& pairs, const Coordinates& measured,
+                                  double sigma_mm) {
   int covered = 0, all = 0;
   const std::vector<Pose> errors = pairs.errors();
   for (std::size_t k = 0; k < errors.size(); ++k) {
     const auto& U = pairs.judged.points[k].U;
     if (!U) continue;
     const double limit = 2 * std::hypot(U->U_mm / 2, sigma_mm);
-    all += 2;
-    for (const double e : {errors[k].x_mm, errors[k].y_mm}) covered += std::abs(e) <= limit ? 1 : 0;
+    const std::array<double, 2> e = {errors[k].x_mm, errors[k].y_mm};
+    for (std::size_t c = 0; c < e.size(); ++c) {
+      if (!measured[c]) continue;
+      ++all;
+      covered += std::abs(e[c]) <= limit ? 1 : 0;
+    }
   }
   if (all == 0) return std::nullopt;
   return 100.0 * covered / all;
@@ -270,6 +276,7 @@ std::optional<PointUncertainty> uncertainty_of(const Correction& correction, con
   const TrackerSigma& sigma = noise.level->sigma;
   std::vector<HeldOut> held_out;
   const std::string from = whence(all, held_out);
+  for (HeldOut& h : held_out) h.measured = machine.measured;
   if (const auto own = own_uncertainty(correction, machine, fitted, sigma)) {
     return calibrated(*own, held_out, sigma);
   }
@@ -314,7 +321,8 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
   for (Pairs& pairs : all) {
     judge(pairs, uncertainty, noise);
     if (pairs.judged.standing == Standing::unseen && noise.level) {
-      pairs.judged.covered_pct = covered_pct(pairs, noise.level->sigma.xy_mm);
+      pairs.judged.covered_pct =
+          covered_pct(pairs, measured.campaign.machine.measured, noise.level->sigma.xy_mm);
     }
     warn(pairs, range, out.warnings);
     out.sets.push_back(std::move(pairs.judged));
