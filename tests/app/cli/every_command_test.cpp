@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -493,7 +494,9 @@ TEST_CASE("on a narrow terminal no line is too long and no number is cut", "[cli
     const Words whole = printed_words(run_program(with_db, laboratory().path()).out);
     for (const std::string& word : printed_words(narrow)) {
       CAPTURE(word);
-      CHECK(std::find(whole.begin(), whole.end(), word) != whole.end());
+      const bool drawn = std::ranges::none_of(  // a rule or a bar is as long as there is room
+          word, [](unsigned char c) { return std::isalnum(c) != 0; });
+      CHECK((drawn || std::find(whole.begin(), whole.end(), word) != whole.end()));
     }
     std::istringstream in(narrow);
     for (std::string line; std::getline(in, line);) {
