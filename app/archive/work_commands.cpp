@@ -36,12 +36,23 @@ void require_parameters(const std::string& stage, const std::string& text) {
   static_cast<void>(job::completed(found, parameters));
 }
 
+void require_campaign(Link& link, const std::string& campaign) {
+  const auto found =
+      link.ask("SELECT 1 FROM trammel.campaign WHERE $1 IN (name, campaign) LIMIT 1", {campaign});
+  if (!found.empty()) return;
+  throw NotFoundError({.what = "the archive has no such campaign",
+                       .where = {.field = "--campaign"},
+                       .got = campaign,
+                       .hint = "trammel archive list names those it has"});
+}
+
 }  // namespace
 
 ExitCode run_rerun(const cli::ArchiveOptions& options, cli::Context& context) {
   require_parameters(options.stage, options.parameters);
   Link link = link_to(options, context);
   require_archive(link);
+  for (const std::string& campaign : options.campaigns) require_campaign(link, campaign);
   const auto campaigns =
       options.campaigns.empty() ? std::vector<std::string>{""} : options.campaigns;
   std::int64_t queued = 0;

@@ -48,7 +48,7 @@ void setup_work(const Verb& verb, ArchiveOptions& options, const ArchiveRuns& ru
   Command work = verb("work", "Compute what is queued, as one of any number of workers", runs.work);
   work.option("--jobs", options.jobs, "Computed at once (default 1)").range(1U, 256U);
   work.flag("--until-empty", options.until_empty, "End when nothing is queued or being computed");
-  work.option("--lease_s", options.lease_s,
+  work.option("--lease-s", options.lease_s,
               "Others take the work over when nothing is heard for so long (default 60)")
       .range(1.0, 86400.0);
 }

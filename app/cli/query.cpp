@@ -110,7 +110,7 @@ class HardLimit {
           std::_Exit(fail(ExitCode::storage,
                           {.what = "the query took too long",
                            .where = {.file = context.db()},
-                           .hint = "ask for less, or allow it more time (--timeout_s)"},
+                           .hint = "ask for less, or allow it more time (--timeout-s)"},
                           context.json));
         }) {}
 
@@ -150,7 +150,9 @@ void setup_query_options(Command query, QueryOptions& options) {
       .required();
   const Option csv = query.flag("--csv", options.csv, "Comma-separated values");
   query.flag("--ndjson", options.ndjson, "One JSON object a line").excludes(csv);
-  query.option("--timeout_s", options.timeout_s, "Stop after so many seconds (default 30)")
+  query
+      .option("--timeout-s,--timeout_s", options.timeout_s,
+              "Stop after so many seconds (default 30)")
       .range(0.001, 86400.0);
 }
 

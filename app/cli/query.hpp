@@ -25,7 +25,7 @@ struct Answer {
 };
 void print_answer(const Answer& answer, const QueryOptions& options, const Context& context);
 
-/// SQL, --csv, --ndjson, --timeout_s.
+/// SQL, --csv, --ndjson, --timeout-s.
 void setup_query_options(Command query, QueryOptions& options);
 
 /// `query SQL`: one SELECT, read only, within a time.

@@ -296,15 +296,20 @@ TEST_CASE("work that a worker was killed over is done by the next one, 0 lost, 0
   REQUIRE(tests::run_program({"archive", "init", archive.as("worker"), "--db", db},
                              archive.folder.path())
               .exit_code == 0);
+  const auto nobody =
+      tests::run_program({"archive", "rerun", "--stage", "idw", "--campaign", "nobody", "--db", db},
+                         archive.folder.path());
+  CHECK(nobody.exit_code == 3);
+  CHECK_THAT(nobody.err, Catch::Contains("no such campaign (--campaign): got nobody"));
   bool killed = false;
   for (const int after_ms : {30, 60, 90, 120}) {
-    killed |= tests::run_program({"archive", "work", "--lease_s", "1", "--db", db},
+    killed |= tests::run_program({"archive", "work", "--lease-s", "1", "--db", db},
                                  archive.folder.path(), after_ms)
                   .exit_code == -1;
   }
   CHECK(killed);
   const auto rest = tests::run_program(
-      {"archive", "work", "--until-empty", "--lease_s", "1", "--json", "--db", db},
+      {"archive", "work", "--until-empty", "--lease-s", "1", "--json", "--db", db},
       archive.folder.path());
   CAPTURE(rest.err);
   CHECK(rest.exit_code == 0);

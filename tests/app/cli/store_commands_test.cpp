@@ -92,7 +92,7 @@ TEST_CASE("query answers as text, CSV, JSON and NDJSON, and changes nothing", "[
   CHECK(run(folder, {"query",
                      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
                      "SELECT count(*) FROM n",
-                     "--timeout_s", "0.1"})
+                     "--timeout-s", "0.1"})
             .exit_code == 8);
 }
 
@@ -111,7 +111,7 @@ TEST_CASE("a question's time holds inside a single step of SQLite too", "[cli]")
          "too long"}}) {
     CAPTURE(question.sql);
     const auto begun = std::chrono::steady_clock::now();
-    const auto answer = tests::run_program({"query", question.sql, "--timeout_s", question.limit_s,
+    const auto answer = tests::run_program({"query", question.sql, "--timeout-s", question.limit_s,
                                             "--db", folder.file("lab.db").string()},
                                            folder.path());
     CHECK_THAT(answer.err, Contains(question.says));
