@@ -45,9 +45,10 @@ void note_problem(BenchRow& row, const std::string& what) {
 /// What the campaign holds that is not what was done.
 void judge(BenchRow& row, SocketCampaign& campaign, bool whole, const Outcome& outcome) {
   const auto problems = campaign.problems(whole);
-  for (const std::string& problem : problems) {
-    ++(problem.ends_with(tests::kLost) ? row.lost : row.falsehoods);
-  }
+  const auto lost = static_cast<int>(std::ranges::count_if(
+      problems, [](const std::string& problem) { return problem.ends_with(tests::kLost); }));
+  row.lost = row.lost.value_or(0) + lost;
+  row.falsehoods = row.falsehoods.value_or(0) + static_cast<int>(problems.size()) - lost;
   if (!problems.empty()) note_problem(row, problems.front() + "; " + outcome.detail);
 }
 
@@ -471,8 +472,9 @@ BenchRow meddled(const Meddling& meddling, const Recorder& recorder, bool contro
     row.done += recording.reported ? 0 : 1;
     const Found found = recorder.look(db);
     const bool whole = found.verifies && found.n_points >= recording.acknowledged;
+    row.lost = row.lost.value_or(0);
     if (!recording.reported && !whole) {
-      row.lost += recording.acknowledged - found.n_points;
+      *row.lost += recording.acknowledged - found.n_points;
       note_problem(row, fmt::format("{} acknowledged, {} there, and nothing was reported",
                                     recording.acknowledged, found.n_points));
     }

@@ -3,6 +3,7 @@
 // random moments of campaigns over sockets and files; each with its control.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,11 +13,12 @@ struct BenchRow {
   std::string figure;
   std::string demand;
   int runs = 0;
-  int done = 0;          // that came to their end all the same
-  int readings = 0;      // stored in all
-  int wrong = 0;         // runs that break the demand
-  int falsehoods = 0;    // readings left valid that are not what the robot did
-  int lost = 0;          // readings acknowledged and not there, and nothing reported
+  int done = 0;      // that came to their end all the same
+  int readings = 0;  // stored in all
+  int wrong = 0;     // runs that break the demand
+  // where the row is judged by it:
+  std::optional<int> falsehoods = {};  // readings left valid that are not what the robot did
+  std::optional<int> lost = {};        // readings acknowledged and not there, nothing reported
   double worst_s = 0;    // from a wish to the stop command, of the rows that measure it
   bool control = false;  // must break it at least once
   std::string first_problem = {};

@@ -78,11 +78,12 @@ void power_rows(const TempFolder& folder, bool whole) {
 
 void bench_rows(const std::vector<BenchRow>& rows) {
   for (const BenchRow& r : rows) {
-    std::string measured = fmt::format(
-        "{} runs from seed {}, {} done, {} readings stored: {} false left valid, {} "
-        "lost; {} {}",
-        r.runs, kSeed, r.done, r.readings, r.falsehoods, r.lost, r.wrong,
-        r.control ? "as demanded" : "violations");
+    std::string judged;
+    if (r.falsehoods) judged += fmt::format("{} false left valid, ", *r.falsehoods);
+    if (r.lost) judged += fmt::format("{} lost, ", *r.lost);
+    std::string measured =
+        fmt::format("{} runs from seed {}, {} done, {} readings stored: {}{} {}", r.runs, kSeed,
+                    r.done, r.readings, judged, r.wrong, r.control ? "as demanded" : "violations");
     n_bench_runs += r.control ? 0 : r.runs;
     if (r.worst_s > 0) measured += fmt::format(", stop command after {:.3f} s at most", r.worst_s);
     row(r.figure, r.demand, measured, r.reached(), r.first_problem);
