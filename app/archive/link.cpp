@@ -171,6 +171,12 @@ Link::Link(const LinkOptions& options) {
                        "--insecure goes without"
                      : ""});
   }
+  if (const int version = PQserverVersion(connection_.get()); version < kOldestServer) {
+    throw StoreError({.what = "the archive's server is too old for it",
+                      .where = {.file = name_},
+                      .got = fmt::format("PostgreSQL {}", version / 10000),
+                      .expected = fmt::format("PostgreSQL {} or later", kOldestServer / 10000)});
+  }
   PQsetNoticeProcessor(
       connection_.get(), [](void*, const char*) {}, nullptr);
   run(kServerPatience);

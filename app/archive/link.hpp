@@ -30,10 +30,14 @@ struct LinkOptions {
 /// @throws InputError  the URI is none, or asks for one of these. Proof: link_test.cpp
 std::vector<std::pair<std::string, std::string>> connection_words(const LinkOptions& options);
 
+/// As PQserverVersion: the oldest that the archive's schema was tried on.
+inline constexpr int kOldestServer = 150000;
+
 /// Owns the connection. One thread at a time.
 class Link {
  public:
-  /// @throws DeviceError naming the server and what it said
+  /// @throws DeviceError  naming the server and what it answered; StoreError: it is older than
+  /// kOldestServer
   explicit Link(const LinkOptions& options);
 
   /// Rows of a query as texts; what is NULL is nothing.

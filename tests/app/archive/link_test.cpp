@@ -3,6 +3,7 @@
 #include "app/archive/link.hpp"
 
 #include "tests/app/archive/postgres.hpp"
+#include "tests/app/archive/relay.hpp"
 #include "tests/support/catch.hpp"
 
 using Catch::Matchers::Contains;
@@ -59,4 +60,16 @@ TEST_CASE("a server without TLS is refused over the network, and named by its se
   CHECK(insecure.ask("SHOW application_name")[0][0] == "robot 7");
   CHECK(insecure.ask("SHOW statement_timeout")[0][0] == "1h");
   CHECK(insecure.ask("SHOW idle_in_transaction_session_timeout")[0][0] == "2min");
+}
+
+TEST_CASE("a server older than the archive's schema was tried on is refused, a newer one taken",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const tests::Relay older(server->socket_folder(), server->port(), {.version = "14"});
+  CHECK_THROWS_WITH(archive::Link({.uri = older.uri("postgres", "postgres"), .who = "tests"}),
+                    Contains("PostgreSQL 14") && Contains("PostgreSQL 15 or later"));
+  const tests::Relay newer(server->socket_folder(), server->port(), {.version = "19"});
+  archive::Link link({.uri = newer.uri("postgres", "postgres"), .who = "tests"});
+  CHECK(link.ask("SELECT 1")[0][0] == "1");
 }

@@ -51,7 +51,7 @@ constexpr std::string_view kCommitted{
 }  // namespace
 
 Relay::Relay(std::filesystem::path server_folder, int port, Cut cut)
-    : server_folder_(std::move(server_folder)), port_(port), cut_(cut) {
+    : server_folder_(std::move(server_folder)), port_(port), cut_(std::move(cut)) {
   listener_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const sockaddr_un address = address_of(folder_.path(), port_);
   if (::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
@@ -104,6 +104,12 @@ void Relay::talk(int client, int server) {
       const ssize_t n = ::recv(server, buffer.data(), buffer.size(), 0);
       if (n <= 0) return;
       long pass = static_cast<long>(n);
+      constexpr std::string_view kName{"server_version\0", 15};
+      const auto named =
+          std::search(buffer.begin(), buffer.begin() + n, kName.begin(), kName.end());
+      if (!cut_.version.empty() && named + 17 < buffer.begin() + n) {
+        std::copy_n(cut_.version.begin(), 2, named + 15);
+      }
       if (cut_.what == Cut::What::server_bytes) pass = std::min(pass, cut_.after - n_answered);
       if (!send_all(client, {buffer.data(), static_cast<std::size_t>(pass)})) return;
       n_answered += pass;

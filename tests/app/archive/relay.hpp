@@ -15,6 +15,7 @@ struct Cut {
   enum class What { never, client_messages, client_bytes, server_bytes } what = What::never;
   long after = 0;              // so many of them have gone through
   bool lie_of_commit = false;  // COMMIT is answered here, and the server never sees it
+  std::string version = {};    // the server's, as two digits: what it then calls itself
 };
 
 /// PostgreSQL's protocol (version 3, no TLS) on a socket of its own.
