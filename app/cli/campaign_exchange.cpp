@@ -126,6 +126,7 @@ Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& optio
     campaign.facts["frame"] = admitted.frame;
   }
   for (Reading& r : campaign.readings) {
+    r.target.phi_rad = near_target_rad(r.target.phi_rad, campaign.machine.home.phi_rad);
     if (r.measured) r.measured->phi_rad = near_target_rad(r.measured->phi_rad, r.target.phi_rad);
   }
   admitted.findings = screened(campaign);

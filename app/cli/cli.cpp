@@ -123,7 +123,8 @@ struct Line {
 /// Values on the line that name neither a file nor what is stored are of the line.
 Fault fault_of(ExitCode code, const ErrorText& text, const Context& context) {
   const std::filesystem::path file = text.where.file;
-  if (!file.empty()) {
+  const bool of_options = text.where.file.starts_with("parameters of ");
+  if (!file.empty() && !of_options) {
     return file.filename() == std::filesystem::path(context.db()).filename() ? Fault::stored
                                                                              : Fault::file;
   }
@@ -241,8 +242,8 @@ std::string exit_codes_text() {
 
 void set_up(CommandLine& app, Context& context, const std::vector<ProgramCommand>& commands) {
   app.describe(
-      "Plans, runs, records, calibrates, explains and reports measurement campaigns on a "
-      "planar 3-PRR parallel robot under a laser tracker.",
+      "Plans, runs, records, calibrates, explains and reports measurement campaigns on planar "
+      "machines driven by linear axes: 3-PRR, 3-RPR and 3-PPR robots, XY stages, single axes.",
       "\n" + exit_codes_text() +
           "stdout is data, stderr is talk. Anywhere on the line: --json (one JSON object instead "
           "of\ntext), --quiet (errors only), --db FILE (else TRAMMEL_DB, else ./trammel.db), "

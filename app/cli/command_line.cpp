@@ -1,10 +1,29 @@
 #include "app/cli/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
 
 #include "app/cli/help.hpp"
+#include "app/terminal/columns.hpp"
 
 namespace trammel::cli {
+
+namespace {
+
+/// NaN where the word is no number: then no comparison holds.
+double number_in(const std::string& word) {
+  char* end = nullptr;
+  const double value = std::strtod(word.c_str(), &end);
+  return end == word.c_str() + word.size() && !word.empty() ? value : std::nan("");
+}
+
+std::string shown(const std::string& word) {
+  constexpr std::size_t kMost = 40;  // columns: whoever typed more knows it by its beginning
+  return terminal::shortened(word, kMost);
+}
+
+}  // namespace
 
 // ---------------------------------------------------------------------------------- Option
 
@@ -69,13 +88,15 @@ Option Option::range(unsigned low, unsigned high) const {
 }
 
 Option Option::positive() const {
-  option_->check(CLI::PositiveNumber);
-  return *this;
+  return check([](const std::string& word) {
+    return number_in(word) > 0 ? "" : "'" + shown(word) + "' is no number above 0";
+  });
 }
 
 Option Option::non_negative() const {
-  option_->check(CLI::NonNegativeNumber);
-  return *this;
+  return check([](const std::string& word) {
+    return number_in(word) >= 0 ? "" : "'" + shown(word) + "' is no number from 0 on";
+  });
 }
 
 Option Option::check(std::function<std::string(const std::string&)> fault) const {

@@ -115,7 +115,7 @@ std::string man_page(Command app) {
   std::string page =
       ".TH TRAMMEL 1 \"\" \"trammel " + store::this_program().tool_version +
       "\" \"Trammel\"\n.SH NAME\n" +
-      roff("trammel - measurement campaigns on a planar 3-PRR parallel robot") +
+      roff("trammel - measurement campaigns on planar machines driven by linear axes") +
       "\n.SH SYNOPSIS\n" + bold_roff("trammel") + " " + value_roff("command") + " [" +
       value_roff("options") + "]\n.SH DESCRIPTION\n" + roff(app.description()) + "\n.PP\n" +
       roff(

@@ -50,7 +50,7 @@ constexpr auto kRows = std::to_array<Row>({
     {"serve",                 "trammel report CAMPAIGN",                        ""},
     {"query",                 "trammel query SQL --csv",                        ""},
     {"db check",              "trammel db verify",                              "restore a backup, then: trammel db verify"},
-    {"db verify",             "trammel db backup --out FILE",                         "restore a backup, then: trammel db verify"},
+    {"db verify",             "trammel db backup --out FILE",                   "look at what is named; where rows were changed, restore a backup, then: trammel db verify"},
     {"db backup",             "trammel db verify --db FILE",                    ""},
     {"db migrate",            "trammel db verify",                              ""},
     {"licenses",              "trammel --version --json",                       ""},

@@ -68,7 +68,7 @@ void write_dcc(const ReportOptions& options, const Context& context) {
   const std::string xml = report::dcc_xml(connection, campaign, found,
                                           report::judged_points(connection, campaign, found));
   if (!options.dry_run) write_output(options.dcc, xml, context.existing());
-  context.say(fmt::format("{}{}: a digital calibration certificate in PTB's form, not validated",
+  context.say(fmt::format("{}{}: a digital calibration certificate in the form of PTB's DCC 3.3.0",
                           options.dry_run ? "would write " : "", printable(options.dcc)));
 }
 
@@ -104,7 +104,8 @@ ExitCode run_report(const ReportOptions& options, Context& context) {
   } else {
     context.print(fmt::format("{}{}: {:.2f} MB, needs a browser and nothing else",
                               options.dry_run ? "would write " : "", printable(options.html),
-                              static_cast<double>(html.size()) / 1e6));
+                              static_cast<double>(html.size()) / 1e6) +
+                  (found.tolerance ? "\n" + report::tolerance_words(*found.tolerance) + "." : ""));
   }
   return answered(found);
 }

@@ -152,6 +152,7 @@ std::vector<std::string> table_words(const ControllerTables& tables, bool both_d
           i + 1, kUm * gap_mm));
     }
   }
+  if (tables.drives.size() < 2) return words;
   words.emplace_back(
       "a table of one drive can't carry what depends on the other drives or on the orientation: "
       "that is what is left beyond the knots' distance");

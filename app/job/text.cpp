@@ -62,7 +62,7 @@ bool is_warning(std::string_view sentence) {
       "warning: ",
       "absorption alarm",
       "not tested: ",                           // absorption by halves
-      "more than chance (",                     // residuals
+      "more than noise alone leaves (",         // residuals
       "no degrees of freedom are left",         // so nothing tells whether the model is right
       "do not belong to the rest",              // outlying readings
       "the end of the grid",                    // a network's spread

@@ -399,7 +399,7 @@ std::string to_text(const Report& report, const Page& page) {
           figure_tables(report, "attitude", page.narrow);
   text += report.tables.empty() ? remarks_text(report) : notes(report) + demand_text(report);
   if (report.tolerance) text += tolerance_text(*report.tolerance);
-  if (!report.budget.empty()) {
+  if (combined_mm(report.budget) > 0) {
     text += terminal::heading("What stands behind the uncertainty of " +
                               method_words(best_table(report)->method)) +
             budget_text(report.budget);

@@ -50,10 +50,16 @@ Eigen::Vector3d map_variance(const MapUncertainty& known, const NominalMachine& 
                        jacobian_of(machine, reading));
 }
 
+/// A stored model does not say which coordinates were measured: the campaign does.
+RobotModel as_measured(RobotModel model, const NominalMachine& machine) {
+  model.nominal.measured = machine.machine().measured;
+  return model;
+}
+
 PointUncertainty of_model(const Correction& correction, const RobotModel& model,
                           const NominalMachine& machine, std::span<const Reading> fitted,
                           const TrackerSigma& sigma) {
-  const ModelUncertainty known = model_uncertainty(model, fitted, sigma);
+  const ModelUncertainty known = model_uncertainty(as_measured(model, machine), fitted, sigma);
   return {"the covariance of the fitted model and its lack of fit", [=](const Reading& reading) {
             const Conditions at = corrected(correction, machine, reading);
             return expanded(machine, pose_covariance(known, at).diagonal());
@@ -78,7 +84,7 @@ std::optional<PointUncertainty> of_hybrid(const Correction& correction, const Hy
                                           std::span<const Reading> fitted,
                                           const TrackerSigma& sigma) {
   if (fitted.size() > kMostFieldSamples) return std::nullopt;
-  ModelUncertainty model = model_uncertainty(h.model, fitted, sigma);
+  ModelUncertainty model = model_uncertainty(as_measured(h.model, machine), fitted, sigma);
   model.lack_xy_mm = model.lack_phi_rad = 0;  // the map takes it, or counts it as unexplained
   const MapUncertainty left =
       map_uncertainty(h.left, machine, samples_left(h.model, fitted), fitted, sigma);

@@ -60,10 +60,11 @@ Json temperature_figure(const Source& source) {
   if (sessions.empty()) {
     return absent("temperature", title, "Temperature or time of the readings was not recorded.");
   }
-  return figure({"temperature", title,
-                 "Air temperature [degC] as recorded with each reading, by hours since the "
-                 "campaign's start; one colour a session."},
-                "temperature", {{"sessions", sessions}});
+  return figure(
+      {"temperature", title,
+       "Temperature of the machine [degC] as recorded with each reading, by hours since the "
+       "campaign's start; one colour a session."},
+      "temperature", {{"sessions", sessions}});
 }
 
 Json identification_table(const Source& source) {

@@ -8,6 +8,7 @@
 #include "app/report/page/source.hpp"
 #include "core/calibrate/joint_error.hpp"
 #include "core/calibrate/simulation.hpp"
+#include "core/measure/noise.hpp"
 #include "core/mechanism/machine_kinematics.hpp"
 #include "core/mechanism/sensitivity.hpp"
 #include "core/plan/grids.hpp"
@@ -129,16 +130,20 @@ Json simulated_figure(const Source& source, const Comparison& c) {
   } catch (const InputError& error) {
     return absent(id, title, error.what());
   }
+  Json axes = Json::array();  // of x, y and phi those that were measured
+  for (int k = 0; k < 3; ++k) {
+    if (source.measured.campaign.machine.measured[static_cast<std::size_t>(k)]) axes.push_back(k);
+  }
   const auto& floor = source.report.floor_mean_mm;
   return figure(
       {id, title,
-       fmt::format(
-           "{} readings before any compensation, {}. Each coordinate of the error "
-           "as the tracker read it and as the robot of this fit shows it{}.",
-           measured.size(), name_of(c.standing),
-           floor ? fmt::format("; sigma per coordinate {:.4f} mm", *floor / std::sqrt(kPi / 2))
-                 : "")},
-      "simulated", {{"measured", measured}, {"simulated", simulation}});
+       fmt::format("{} readings before any compensation, {}. Each coordinate of the error "
+                   "as the tracker read it and as the robot of this fit shows it{}.",
+                   measured.size(), name_of(c.standing),
+                   floor ? fmt::format("; sigma per coordinate {:.4f} mm",
+                                       noise_level(source.measured.campaign).sigma.xy_mm)
+                         : "")},
+      "simulated", {{"axes", axes}, {"measured", measured}, {"simulated", simulation}});
 }
 
 Json fit_section(const Source& source) {

@@ -49,20 +49,22 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
                       .circles = circles,
                       .report = report};
   Json sections = Json::array();
+  std::string answer = verdict(report);
   for (const auto section :
        {verdict_section, method_section, contest_section, story_section, residual_section,
         circle_section, fit_section, plan_section, facts_section}) {
     sections.push_back(section(source));
   }
   if (tolerance_mm) {
-    sections.insert(sections.begin() + 1,
-                    tolerance_section(tolerance_test(judged_points(connection, campaign, report),
-                                                     *tolerance_mm)));
+    const ToleranceTest test =
+        tolerance_test(judged_points(connection, campaign, report), *tolerance_mm);
+    sections.insert(sections.begin() + 1, tolerance_section(test));
+    answer = tolerance_words(test) + ". " + answer;
   }
   return {{"schema", "trammel/report-page/1"},
           {"campaign", report.campaign},
           {"kind", report.simulated ? "simulated" : "real"},
-          {"verdict", verdict(report)},
+          {"verdict", answer},
           {"tool_version", store::this_program().tool_version},
           {"sections", sections}};
 }

@@ -21,19 +21,20 @@ export function byPoint(data, width) {
 }
 
 export function simulated(data, width) {
-  const names = ['x error [mm]', 'y error [mm]', 'phi error [deg]'];
+  const names = data.axes.map((k) => ['x error [mm]', 'y error [mm]', 'phi error [deg]'][k]);
+  const last = names.length - 1;
   const high = 150, gap = 22;
   const { legend, top } = legendAbove(['measured', 'simulated'], width);
   const boxes = names.map((_, k) => ({ left: 62, top: top + k * (high + gap), width: width - 80, height: high }));
   const sides = [['measured', colours.before], ['simulated', colours.after]];
   return {
-    height: top + 3 * (high + gap) + 30,
+    height: top + names.length * (high + gap) + 30,
     option: {
       ...base, legend, grid: boxes,
-      xAxis: names.map((_, k) => axis(k === 2 ? 'point, in the order of the plan' : '', { gridIndex: k, min: 0, max: data.measured.length + 1, axisLabel: { show: k === 2 } })),
+      xAxis: names.map((_, k) => axis(k === last ? 'point, in the order of the plan' : '', { gridIndex: k, min: 0, max: data.measured.length + 1, axisLabel: { show: k === last } })),
       yAxis: names.map((name, k) => axis(name, { gridIndex: k, nameGap: 44, splitNumber: 4 })),
       series: names.flatMap((_, k) => sides.map(([side, colour], s) => ({
-        type: 'line', name: side, xAxisIndex: k, yAxisIndex: k, data: data[side].map((v, i) => [i + 1, v[k]]),
+        type: 'line', name: side, xAxisIndex: k, yAxisIndex: k, data: data[side].map((v, i) => [i + 1, v[data.axes[k]]]),
         symbol: s === 0 ? 'emptyCircle' : 'circle', symbolSize: 4, lineStyle: { width: 1, color: colour }, itemStyle: { color: colour },
       }))),
       tooltip: { ...base.tooltip, trigger: 'axis' },
