@@ -134,13 +134,14 @@ std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& 
   const Campaign& campaign = in.loaded.campaign;
   std::vector<Reading> measured;
   measured.reserve(campaign.readings.size());
+  const NominalMachine machine(campaign.machine);
+  const bool goes_on = in.stage->name == "diagnose";  // it names what can't be, and leaves it out
   for (const Reading& r : campaign.readings) {
-    if (r.measured) measured.push_back(r);
+    if (r.measured && (!goes_on || machine.chains(*r.measured).ok())) measured.push_back(r);
   }
   const auto all_after = predicted_after(correction, campaign.machine, measured);
   std::vector<Judged> points;
   points.reserve(measured.size());
-  const NominalMachine machine(campaign.machine);
   for (std::size_t k = 0; k < measured.size(); ++k) {
     const Reading& r = measured[k];
     if (!all_after[k]) {

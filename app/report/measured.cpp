@@ -32,6 +32,8 @@ std::vector<Pair> predicted_pairs(const Measured& measured, const Group& group,
   std::vector<Pair> pairs;
   const NominalMachine machine(measured.campaign.machine);
   for (const Visit* before : group.visits) {
+    // what no such robot can have read predicts nothing: the screen names it
+    if (!machine.chains(*before->reading.measured).ok()) continue;
     const auto after = predicted_after(correction, machine, before->reading);
     if (after) pairs.push_back({before, machine.measured_else(*after, before->reading.target)});
   }
