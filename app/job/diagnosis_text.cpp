@@ -120,13 +120,14 @@ std::string noise_text(const Json& d) {
   const Json& n = d["noise"];
   std::string text = fmt::format("a perfect model leaves {} of a reading (1 sigma, from {})",
                                  sizes(n, "sigma_xy_mm", "sigma_phi_deg"),
-                                 source == "tracker"   ? "the tracker's statement"
-                                 : source == "repeats" ? "repeated readings"
-                                                       : "what the best model leaves");
+                                 n["rescaled"].get<bool>() ? "what base and catalogue leave"
+                                 : source == "tracker"     ? "the tracker's statement"
+                                 : source == "repeats"     ? "repeated readings"
+                                                           : "what the best model leaves");
   if (n["rescaled"].get<bool>()) {
     const bool stated = n.contains("stated_xy_mm");
     text += fmt::format("; {} {}, but white residuals of another size are noise, not structure",
-                        stated ? "stated were" : "the repeats alone say",
+                        stated ? "the tracker states" : "the repeats alone say",
                         stated ? sizes(n, "stated_xy_mm", "stated_phi_deg")
                                : sizes(n["repeats"], "sigma_xy_mm", "sigma_phi_deg"));
   }

@@ -283,12 +283,13 @@ std::vector<std::string> held_out_words(const Inputs& in, const std::vector<Judg
   return words;
 }
 
-/// Fitted readings that are wrong for certain.
-std::vector<Suspicion> suspects_of(const Campaign& campaign) {
+/// Readings of a set that are wrong for certain.
+std::vector<Suspicion> suspects_of(const Campaign& campaign,
+                                   ReadingSet set = ReadingSet::identify) {
   std::vector<Suspicion> bad = bad_readings(campaign);
   std::erase_if(bad, [&](const Suspicion& s) {
     return std::ranges::none_of(campaign.readings, [&](const Reading& r) {
-      return r.seq == s.seqs.front() && r.set == ReadingSet::identify;
+      return r.seq == s.seqs.front() && r.set == set;
     });
   });
   return bad;
@@ -313,14 +314,19 @@ std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
                                        const std::vector<Judged>& judged, Json& details) {
   constexpr std::size_t kNamed = 5;
   if (in.stage->name == "diagnose") return {};  // it leaves them out, and says so
-  const std::vector<Suspicion> bad = suspects_of(in.loaded.campaign);
-  if (bad.empty()) return {};
-  details["suspect_readings"] = findings_json(bad);
   std::vector<std::string> words;
-  for (std::size_t k = 0; k < std::min(bad.size(), kNamed); ++k)
-    words.push_back("warning: suspect reading: " + in_words(bad[k]));
-  if (bad.size() > kNamed)
-    words.push_back(fmt::format("warning: and {} suspect readings more", bad.size() - kNamed));
+  const auto name = [&](const std::vector<Suspicion>& some, const char* what) {
+    for (std::size_t k = 0; k < std::min(some.size(), kNamed); ++k)
+      words.push_back(fmt::format("warning: {}: {}", what, in_words(some[k])));
+    if (some.size() > kNamed)
+      words.push_back(fmt::format("warning: and {} suspect readings more", some.size() - kNamed));
+  };
+  name(suspects_of(in.loaded.campaign, ReadingSet::validate),
+       "suspect reading, which judges the correction all the same");
+  const std::vector<Suspicion> bad = suspects_of(in.loaded.campaign);
+  if (bad.empty()) return words;
+  details["suspect_readings"] = findings_json(bad);
+  name(bad, "suspect reading");
   try {
     Inputs without = in;
     std::erase_if(without.loaded.campaign.readings, [&](const Reading& r) {

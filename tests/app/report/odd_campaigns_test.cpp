@@ -91,6 +91,20 @@ TEST_CASE("one reading where no such robot can be ends no report, and is named",
   CHECK_THAT(odd.run({"report", "drive-error"}).out, Catch::Contains("seq 31"));
 }
 
+TEST_CASE("a wrong reading that judges a correction is named by its calibration", "[report]") {
+  const Odd odd;
+  odd.change("x_mm", [](auto& cells, std::size_t at, int row) {
+    if (cells[1] == "validate" && row % 20 == 0)
+      cells[at] = std::to_string(std::stod(cells[at]) + 5);
+  });
+  odd.check_runs({"campaign", "import", "odd"});
+  for (const char* method : {"lsq", "idw", "geometry"}) {
+    const Finished done = odd.run({"calibrate", method, "drive-error"});
+    CAPTURE(method, done.err);
+    CHECK_THAT(done.out, Catch::Contains("suspect reading, which judges the correction"));
+  }
+}
+
 TEST_CASE("targets a whole turn off change no figure", "[report]") {
   const Odd as_it_is, turned;
   turned.change("target_phi_deg", [](auto& cells, std::size_t at, int row) {
