@@ -6,10 +6,10 @@
 #include <chrono>
 #include <cstdlib>
 #include <exception>
-#include <filesystem>
 #include <vector>
 
 #include "app/archive/pull.hpp"
+#include "app/files/temporary_folder.hpp"
 #include "app/job/diff.hpp"
 #include "app/job/rerun_all.hpp"
 #include "store/canonical.hpp"
@@ -22,25 +22,6 @@ namespace {
 using std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{500};  // between looks into an empty queue
 constexpr std::chrono::minutes kPatience{10};    // with an archive that went away
-
-/// A folder for one work, gone with it.
-struct Scratch {
-  Scratch() {
-    std::string name = (std::filesystem::temp_directory_path() / "trammel-work-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw StoreError(
-          {.what = "no folder can be made for a scratch database", .where = {.file = name}});
-    }
-    folder = name;
-  }
-  ~Scratch() {
-    std::error_code none;
-    std::filesystem::remove_all(folder, none);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  std::filesystem::path folder;
-};
 
 std::string hex_text(store::Bytes bytes) { return "\\x" + store::hex(bytes); }
 std::string hex_text(const std::string& bytes) {
@@ -70,8 +51,8 @@ struct Found {
 };
 
 Found compute(Link& link, const Claim& claim) {
-  const Scratch scratch;
-  const auto file = scratch.folder / "scratch.db";
+  const TemporaryFolder scratch;
+  const auto file = scratch.path() / "scratch.db";
   pull(link, {.station = claim.station, .campaign = claim.campaign, .with_results = !claim.force},
        file);
   store::Connection db = store::open(file, store::Access::write);

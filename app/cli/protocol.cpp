@@ -16,6 +16,7 @@
 #include "app/device/open.hpp"
 #include "app/files/files.hpp"
 #include "app/files/plan_json.hpp"
+#include "app/files/temporary_folder.hpp"
 #include "app/job/run.hpp"
 #include "app/protocol/run.hpp"
 #include "app/report/gather.hpp"
@@ -195,33 +196,15 @@ ExitCode tell_plan(const std::string& command, const protocol::Protocol& protoco
   return code;
 }
 
-/// The demo's files in a folder that goes again: a dry run writes nothing where they are to stand.
-struct AsideFolder {
-  AsideFolder() {
-    std::string name = std::filesystem::temp_directory_path() / "trammel-demo-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw StoreError({.what = "no folder could be made for a dry run", .got = name});
-    }
-    path = name;
-  }
-  ~AsideFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-  AsideFolder(const AsideFolder&) = delete;
-  AsideFolder& operator=(const AsideFolder&) = delete;
-  std::filesystem::path path;
-};
-
 /// As it stands in the folder, else as it would be written there.
 ExitCode tell_demo(const std::filesystem::path& folder, Context& context) {
   const std::filesystem::path file = folder / "protocol.json";
   if (std::filesystem::exists(file)) {
     return tell_plan("demo", protocol::read_protocol(file), context);
   }
-  const AsideFolder aside;
-  write_unless_there(aside.path / "robot.json", kPaperRobot);
-  return tell_plan("demo", protocol::parse_protocol(kPaperProtocol, aside.path / "protocol.json"),
+  const TemporaryFolder aside;  // a dry run writes nothing where they are to stand
+  write_unless_there(aside.path() / "robot.json", kPaperRobot);
+  return tell_plan("demo", protocol::parse_protocol(kPaperProtocol, aside.path() / "protocol.json"),
                    context);
 }
 

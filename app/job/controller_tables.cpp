@@ -112,12 +112,33 @@ std::string linuxcnc_ini(const std::vector<ControllerFile>& files) {
   return text;
 }
 
+std::string left_in_words(const std::string& who, const TableError& before, const TableError& left,
+                          const TableError& grid, double step_mm) {
+  return fmt::format(
+      "{}: of a correction of {:.1f} um rms ({:.1f} um at most) the table leaves {:.1f} um rms "
+      "({:.1f} um at most), {:.1f} um at most of it by its knots every {:g} mm",
+      who, kUm * before.rms_mm, kUm * before.max_mm, kUm * left.rms_mm, kUm * left.max_mm,
+      kUm * grid.max_mm, step_mm);
+}
+
+std::optional<std::string> sides_in_words(const std::string& who, double gap_mm) {
+  constexpr double kShown_um = 0.5;
+  if (kUm * gap_mm <= kShown_um) return std::nullopt;
+  return fmt::format(
+      "{}: from its two sides the corrections differ by up to {:.1f} um, which this controller "
+      "can't carry: half of that is left on either side",
+      who, kUm * gap_mm);
+}
+
+std::string aerotech_head(const std::string& what) {
+  return "' Corrections of " + what +
+         ", mm, added to the command; the mean of both directions.\n"
+         "' Written from general knowledge of the form: hold it against the manual of the\n"
+         "' controller before use.\n";
+}
+
 ControllerFile aerotech_file(const ControllerTables& tables, const std::string& name) {
-  std::string text =
-      "' Corrections of each axis by its own position, mm, added to the command; the mean of both\n"
-      "' directions. Written from general knowledge of the form: hold it against the manual of "
-      "the\n"
-      "' controller before use.\n";
+  std::string text = aerotech_head("each axis by its own position");
   for (std::size_t i = 0; i < tables.drives.size(); ++i) {
     const DriveTables& d = tables.drives[i];
     text += fmt::format(
@@ -136,21 +157,14 @@ std::vector<std::string> table_words(const ControllerTables& tables, bool both_d
   std::vector<std::string> words;
   for (std::size_t i = 0; i < tables.drives.size(); ++i) {
     const DriveTables& d = tables.drives[i];
-    words.push_back(fmt::format(
-        "drive {}: the correction, {:.1f} um rms and {:.1f} um at most, is left by {:.1f} um rms "
-        "and {:.1f} um at most; {:.1f} um at most of it by the knots' distance of {:g} mm",
-        i + 1, kUm * d.before.rms_mm, kUm * d.before.max_mm, kUm * d.left.rms_mm,
-        kUm * d.left.max_mm, kUm * d.grid.max_mm, d.forward.step_mm));
+    const std::string who = fmt::format("drive {}", i + 1);
+    words.push_back(left_in_words(who, d.before, d.left, d.grid, d.forward.step_mm));
     double gap_mm = 0;
     for (std::size_t k = 0; k < d.forward.values_mm.size(); ++k) {
       gap_mm = std::max(gap_mm, std::abs(d.forward.values_mm[k] - d.reverse.values_mm[k]));
     }
-    if (!both_directions && gap_mm > 0.5 / kUm) {
-      words.push_back(fmt::format(
-          "drive {}: from its two sides the corrections differ by up to {:.1f} um, which this "
-          "controller can't carry: half of that is left on either side",
-          i + 1, kUm * gap_mm));
-    }
+    if (both_directions) continue;
+    if (const auto sides = sides_in_words(who, gap_mm)) words.push_back(*sides);
   }
   if (tables.drives.size() < 2) return words;
   words.emplace_back(

@@ -2,6 +2,7 @@
 // A correction as the files that controllers read: a table for each drive, by its own position.
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,15 @@ std::string linuxcnc_ini(const std::vector<ControllerFile>& files);
 /// Aerotech: one file with a 1D table for each axis, the mean of both directions (its corrections
 /// are the same from both). General knowledge, tried on no controller.
 ControllerFile aerotech_file(const ControllerTables& tables, const std::string& name);
+
+/// What a table leaves of a correction, of `who`: "drive 1".
+std::string left_in_words(const std::string& who, const TableError& before, const TableError& left,
+                          const TableError& grid, double step_mm);
+/// Directions of approach that need corrections `gap_mm` apart, where a table has one for both;
+/// nothing where that is less than the figures show.
+std::optional<std::string> sides_in_words(const std::string& who, double gap_mm);
+/// Head of an Aerotech file: what it holds, and how far to trust its form.
+std::string aerotech_head(const std::string& what);
 
 /// What a table can't carry and what it leaves, a sentence each.
 std::vector<std::string> table_words(const ControllerTables& tables, bool both_directions);

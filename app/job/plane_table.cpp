@@ -12,7 +12,6 @@ namespace trammel::job {
 
 namespace {
 
-constexpr double kUm = 1000;
 constexpr double kMostNodes = 100'000;
 
 /// The corrections of both axes at a target, arriving with both drives growing or falling.
@@ -128,11 +127,7 @@ PlaneTable plane_table(const Correction& correction, const NominalMachine& machi
 }
 
 ControllerFile aerotech_file(const PlaneTable& table, const std::string& name) {
-  std::string text =
-      "' Corrections of both axes by where both stand, mm, added to the command; the mean of both\n"
-      "' directions. Written from general knowledge of the form: hold it against the manual of "
-      "the\n"
-      "' controller before use.\n";
+  std::string text = aerotech_head("both axes by where both stand");
   text += fmt::format(":START2D 2 1 1 2 {0:.6f} {0:.6f} {1}\n", table.step_mm, table.side);
   text +=
       fmt::format(":START2D POSUNIT=METRIC CORUNIT=METRIC OFFSETROW={0:.6f} OFFSETCOL={0:.6f}\n",
@@ -151,19 +146,10 @@ ControllerFile aerotech_file(const PlaneTable& table, const std::string& name) {
 std::vector<std::string> table_words(const PlaneTable& table) {
   std::vector<std::string> words;
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    words.push_back(fmt::format(
-        "{} axis: the correction, {:.1f} um rms and {:.1f} um at most, is left by {:.1f} um rms "
-        "and {:.1f} um at most; {:.1f} um at most of it by the nodes' distance of {:g} mm",
-        axis == 0 ? "x" : "y", kUm * table.before[axis].rms_mm, kUm * table.before[axis].max_mm,
-        kUm * table.left[axis].rms_mm, kUm * table.left[axis].max_mm, kUm * table.grid[axis].max_mm,
-        table.step_mm));
+    words.push_back(left_in_words(axis == 0 ? "x axis" : "y axis", table.before[axis],
+                                  table.left[axis], table.grid[axis], table.step_mm));
   }
-  if (table.directions_mm > 0.5 / kUm) {
-    words.push_back(fmt::format(
-        "from its two sides the corrections differ by up to {:.1f} um, which this controller "
-        "can't carry: half of that is left on either side",
-        kUm * table.directions_mm));
-  }
+  if (const auto sides = sides_in_words("the stage", table.directions_mm)) words.push_back(*sides);
   return words;
 }
 

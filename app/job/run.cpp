@@ -7,16 +7,13 @@
 
 #include <fmt/format.h>
 
-#include "app/job/fitted_range.hpp"
+#include "app/job/judged.hpp"
 #include "app/job/points.hpp"
 #include "app/job/screening.hpp"
 #include "app/job/walks.hpp"
-#include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/seen.hpp"
 #include "core/measure/bad_readings.hpp"
-#include "core/statistics/interval.hpp"
-#include "core/statistics/summary.hpp"
 #include "core/units.hpp"
 #include "store/session.hpp"
 #include "store/transaction.hpp"
@@ -109,14 +106,14 @@ Inputs load(store::Connection& connection, const Request& request,
   return in;
 }
 
-/// A reading before, and as predicted after the correction.
-struct Judged {
-  int seq = 0;
-  ReadingSet set = ReadingSet::identify;
-  int epoch = 0;
-  Standing standing = Standing::unseen;
-  BeforeAfter point;
-};
+/// It names what can't be, and goes on without.
+bool leaves_out(const Inputs& in) { return in.stage->name == "diagnose"; }
+
+std::vector<Judged> judged_by(const Seen& seen, const Inputs& in, const Correction& correction) {
+  return judge(in.loaded.campaign,
+               {.seen = seen, .of_no_walk = in.of_no_walk, .leaves_out = leaves_out(in)},
+               correction);
+}
 
 /// Less the validation readings that cannot judge a fit: they stand where it is made, in an epoch
 /// that it knows nothing of, or in a walk that does not stand.
@@ -129,191 +126,28 @@ Campaign with_judges(const Inputs& in, const Seen& seen) {
   return campaign;
 }
 
-/// Every measured reading of the walks that stand, with its place in the judgement.
-std::vector<Judged> judge(const Inputs& in, const Seen& seen, const Correction& correction) {
-  const Campaign& campaign = in.loaded.campaign;
-  std::vector<Reading> measured;
-  measured.reserve(campaign.readings.size());
-  const NominalMachine machine(campaign.machine);
-  const bool goes_on = in.stage->name == "diagnose";  // it names what can't be, and leaves it out
-  for (const Reading& r : campaign.readings) {
-    if (r.measured && (!goes_on || machine.chains(*r.measured).ok())) measured.push_back(r);
+/// Readings that are wrong for certain: those of a fit, and those that judge it.
+struct Suspects {
+  std::vector<Suspicion> fitted = {}, judging = {};
+};
+Suspects suspects_of(const Campaign& campaign) {
+  Suspects found;
+  for (Suspicion& s : bad_readings(campaign)) {
+    const auto at = std::ranges::find(campaign.readings, s.seqs.front(), &Reading::seq);
+    if (at == campaign.readings.end()) continue;
+    if (at->set == ReadingSet::identify)
+      found.fitted.push_back(std::move(s));
+    else if (at->set == ReadingSet::validate)
+      found.judging.push_back(std::move(s));
   }
-  const auto all_after = predicted_after(correction, campaign.machine, measured);
-  std::vector<Judged> points;
-  points.reserve(measured.size());
-  for (std::size_t k = 0; k < measured.size(); ++k) {
-    const Reading& r = measured[k];
-    if (!all_after[k]) {
-      throw InputError({.what = "the corrected robot cannot reach a target of the campaign",
-                        .where = {.point = "seq " + std::to_string(r.seq)}});
-    }
-    if (in.of_no_walk.contains(r.seq)) continue;
-    points.push_back({.seq = r.seq,
-                      .set = r.set,
-                      .epoch = r.conditions.epoch,
-                      .standing = seen.standing(r),
-                      .point = {r.target, machine.measured_else(*r.measured, r.target),
-                                machine.measured_else(*all_after[k], r.target)}});
-  }
-  return points;
-}
-
-std::vector<BeforeAfter> points_of(const std::vector<Judged>& judged, Standing standing) {
-  std::vector<BeforeAfter> points;
-  for (const Judged& j : judged) {
-    if (j.standing == standing) points.push_back(j.point);
-  }
-  return points;
-}
-
-constexpr Standing kStandings[] = {Standing::fitted, Standing::unseen, Standing::unknown_epoch};
-
-const char* set_of(Standing standing) {
-  switch (standing) {
-    case Standing::fitted:
-      return "identify";
-    case Standing::unseen:
-      return "validate";
-    case Standing::unknown_epoch:
-      return kNewEpoch;
-  }
-  return "";
-}
-
-store::Summary stored(const Summary& s) {
-  return {.mean = s.mean, .max = s.max, .min = s.min, .p95 = s.p95, .n = static_cast<int>(s.n)};
-}
-
-std::vector<store::Statistic> statistics(const Machine& machine,
-                                         const std::vector<Judged>& judged) {
-  std::vector<store::Statistic> all;
-  for (const Standing standing : kStandings) {
-    const std::vector<BeforeAfter> points = points_of(judged, standing);
-    if (points.empty()) continue;
-    for (const Figure figure : figures_of(machine)) {
-      const Errors errors = errors_in(figure, points);
-      all.push_back({set_of(standing),
-                     figure == Figure::position_mm ? "position_mm" : "attitude_deg",
-                     standing == Standing::fitted, stored(errors.summary_before),
-                     stored(errors.summary_after)});
-    }
-  }
-  return all;
-}
-
-/// Interval of each improvement.
-Json improvements(const std::vector<Judged>& judged) {
-  Json all = Json::array();
-  for (const Standing standing : {Standing::fitted, Standing::unseen}) {
-    const std::vector<BeforeAfter> points = points_of(judged, standing);
-    if (points.empty()) continue;
-    const Errors errors = errors_in(Figure::position_mm, points);
-    const auto interval = improvement_interval_pct(errors.before, errors.after);
-    if (!interval) continue;
-    all.push_back(object_with("set", set_of(standing), "metric", "position_mm", "in_sample",
-                              standing == Standing::fitted, "improvement_low_pct", interval->low,
-                              "improvement_high_pct", interval->high));
-  }
-  return all;
-}
-
-std::vector<std::string> improvement_words(const Json& improvements) {
-  std::vector<std::string> words;
-  for (const Json& row : improvements) {
-    words.push_back(fmt::format(
-        "{} position: 95 % interval of the gain {:.1f} to {:.1f} % (t of the log ratio); `trammel "
-        "assess --job` gives U",
-        row["in_sample"].get<bool>() ? "in-sample" : "held-out",
-        row["improvement_low_pct"].get<double>(), row["improvement_high_pct"].get<double>()));
-  }
-  return words;
-}
-
-/// A warning where the correction is judged beyond the points it was fitted to.
-std::vector<std::string> range_words(const std::vector<Judged>& judged) {
-  std::vector<Reading> fitted;
-  std::vector<Pose> held_out;
-  for (const Judged& j : judged) {
-    if (j.standing == Standing::fitted) fitted.emplace_back().target = j.point.target;
-    if (j.standing == Standing::unseen) held_out.push_back(j.point.target);
-  }
-  if (fitted.empty()) return {};
-  std::vector<std::string> words =
-      extrapolation_words(trammel::fitted_range(fitted), held_out, "held-out points");
-  for (std::string& sentence : words) sentence = "warning: " + sentence;
-  return words;
-}
-
-/// Where validation points stand on fitted ones or in epochs of their own, and where nothing is
-/// held out.
-std::vector<std::string> held_out_words(const Inputs& in, const std::vector<Judged>& judged) {
-  int all = 0, unseen = 0, fitted = 0;
-  std::set<int> epochs;
-  for (const Judged& j : judged) {
-    if (j.set != ReadingSet::validate) continue;
-    ++all;
-    unseen += j.standing == Standing::unseen ? 1 : 0;
-    fitted += j.standing == Standing::fitted ? 1 : 0;
-    if (j.standing == Standing::unknown_epoch) epochs.insert(j.epoch);
-  }
-  std::vector<std::string> words;
-  if (!in.of_no_walk.empty()) {
-    words.push_back(fmt::format(
-        "{} readings of walks that were stopped and walked anew are fitted, but judge nothing",
-        in.of_no_walk.size()));
-  }
-  if (fitted > 0) {
-    words.push_back(fmt::format(
-        "warning: {} of {} validation points stand where the correction was fitted: they are not "
-        "held out, and count as in-sample",
-        fitted, all));
-  }
-  if (!epochs.empty()) {
-    words.push_back(fmt::format("warning: {} of {} validation points {}", all - unseen - fitted,
-                                all, new_epoch_words({epochs.begin(), epochs.end()})));
-  }
-  if (unseen == 0) {
-    words.push_back(
-        "nothing of these readings is held out: in-sample figures do not say how good the "
-        "correction "
-        "is elsewhere; "
-        "`trammel assess --job` cross-validates over spatial blocks");
-  }
-  return words;
-}
-
-/// Readings of a set that are wrong for certain.
-std::vector<Suspicion> suspects_of(const Campaign& campaign,
-                                   ReadingSet set = ReadingSet::identify) {
-  std::vector<Suspicion> bad = bad_readings(campaign);
-  std::erase_if(bad, [&](const Suspicion& s) {
-    return std::ranges::none_of(campaign.readings, [&](const Reading& r) {
-      return r.seq == s.seqs.front() && r.set == set;
-    });
-  });
-  return bad;
-}
-
-/// "in-sample 12.3 %, held-out -702.0 %": gains of the mean position error.
-std::string gains_in_words(const std::vector<Judged>& judged) {
-  std::string text;
-  for (const Standing standing : {Standing::fitted, Standing::unseen}) {
-    const std::vector<BeforeAfter> points = points_of(judged, standing);
-    if (points.empty()) continue;
-    const Errors e = errors_in(Figure::position_mm, points);
-    text += fmt::format("{}{} {:.4f} -> {:.4f} mm", text.empty() ? "" : ", ",
-                        standing == Standing::fitted ? "in-sample" : "held-out",
-                        e.summary_before.mean, e.summary_after.mean);
-  }
-  return text;
+  return found;
 }
 
 /// The figures with the suspects in the fit, and how they would be without.
 std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
                                        const std::vector<Judged>& judged, Json& details) {
   constexpr std::size_t kNamed = 5;
-  if (in.stage->name == "diagnose") return {};  // it leaves them out, and says so
+  if (leaves_out(in)) return {};
   std::vector<std::string> words;
   const auto name = [&](const std::vector<Suspicion>& some, const char* what) {
     for (std::size_t k = 0; k < std::min(some.size(), kNamed); ++k)
@@ -321,21 +155,20 @@ std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
     if (some.size() > kNamed)
       words.push_back(fmt::format("warning: and {} suspect readings more", some.size() - kNamed));
   };
-  name(suspects_of(in.loaded.campaign, ReadingSet::validate),
-       "suspect reading, which judges the correction all the same");
-  const std::vector<Suspicion> bad = suspects_of(in.loaded.campaign);
+  const auto [bad, judging] = suspects_of(in.loaded.campaign);
+  name(judging, "suspect reading, which judges the correction all the same");
   if (bad.empty()) return words;
   details["suspect_readings"] = findings_json(bad);
   name(bad, "suspect reading");
   try {
     Inputs without = in;
-    std::erase_if(without.loaded.campaign.readings, [&](const Reading& r) {
+    std::erase_if(without.loaded.campaign.readings, [&bad = bad](const Reading& r) {
       return std::ranges::any_of(bad, [&](const Suspicion& s) { return s.seqs.front() == r.seq; });
     });
     const StageResult result = in.stage->run(with_judges(without, seen), in.parameters);
     words.push_back(fmt::format("with {} suspect reading{} in the fit: {}; without: {}", bad.size(),
                                 bad.size() == 1 ? "" : "s", gains_in_words(judged),
-                                gains_in_words(judge(without, seen, result.correction))));
+                                gains_in_words(judged_by(seen, without, result.correction))));
   } catch (const InputError& error) {
     words.push_back(std::string("without the suspect readings nothing is fitted: ") + error.what());
   }
@@ -346,10 +179,10 @@ std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
 std::pair<StageResult, std::vector<Judged>> fitted_and_judged(const Inputs& in, const Seen& seen) {
   try {
     StageResult result = in.stage->run(with_judges(in, seen), in.parameters);
-    std::vector<Judged> judged = judge(in, seen, result.correction);
+    std::vector<Judged> judged = judged_by(seen, in, result.correction);
     return {std::move(result), std::move(judged)};
   } catch (const InputError& error) {
-    const std::vector<Suspicion> bad = suspects_of(in.loaded.campaign);
+    const std::vector<Suspicion> bad = suspects_of(in.loaded.campaign).fitted;
     if (bad.empty()) throw;
     ErrorText text = error.text();
     text.what += "; suspect reading: " + in_words(bad.front());
@@ -360,7 +193,7 @@ std::pair<StageResult, std::vector<Judged>> fitted_and_judged(const Inputs& in, 
 
 /// Nothing is calibrated on what the screen finds gross, unless asked for.
 void require_sound(const Inputs& in, const Request& request) {
-  if (in.stage->name == "diagnose" || request.despite_screen) return;
+  if (leaves_out(in) || request.despite_screen) return;
   trammel::require_sound(in.loaded.campaign, screened(in.loaded.campaign),
                          "`trammel diagnose` shows it; --despite-screen calibrates all the same");
 }
@@ -394,7 +227,7 @@ store::NewJob computed(const Inputs& in) {
   }
   for (const auto& more :
        {suspect_words(in, seen, judged, result.details), improvement_words(gains),
-        range_words(judged), held_out_words(in, judged)}) {
+        range_words(judged), held_out_words(judged, in.of_no_walk.size())}) {
     result.words.insert(result.words.end(), more.begin(), more.end());
   }
   job.result_json =
@@ -413,14 +246,11 @@ store::NewJob computed(const Inputs& in) {
 
 bool is_one_set_up(const Json& parameters) { return parameters.value("epochs", "") == "shared"; }
 
-std::string new_epoch_words(const std::vector<int>& epochs) {
-  std::string numbers;
-  for (const int epoch : epochs) numbers += (numbers.empty() ? "" : ", ") + std::to_string(epoch);
-  return fmt::format(
-      "were measured in epoch {}, of which no reading was fitted: how far homing and frame moved "
-      "there is not known, so they do not judge the correction. Identify from readings of that "
-      "epoch as well, or resume with reference points",
-      numbers);
+Campaign trained_on(store::Connection& connection, const store::Job& job) {
+  return as_asked(
+      store::load_campaign(connection, job.data.campaign_id, {.sessions = job.data.sessions})
+          .campaign,
+      Json::parse(job.data.parameters_json));
 }
 
 store::NewJob compute(store::Connection& connection, const Request& request) {

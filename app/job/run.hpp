@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/job/judged.hpp"
 #include "app/job/stages.hpp"
 #include "store/campaign.hpp"
 #include "store/job.hpp"
@@ -39,12 +40,11 @@ struct Outcome {
 /// InputError (parameters, readings), StoreError.
 Outcome run(store::Connection& connection, const Request& request);
 
-/// Set of the statistics over validation readings in epochs that the fit knows nothing of.
-inline constexpr const char* kNewEpoch = "new epoch";
-/// "were measured in epoch 2, of which no reading was fitted: …", to follow what was.
-std::string new_epoch_words(const std::vector<int>& epochs);
 /// The stage was told that all epochs are one set-up.
 bool is_one_set_up(const Json& parameters);
+
+/// The campaign as a stored job took it: its sessions, without what it left out.
+Campaign trained_on(store::Connection& connection, const store::Job& job);
 
 /// What `run` would store, without storing it.
 store::NewJob compute(store::Connection& connection, const Request& request);

@@ -203,10 +203,7 @@ void add_origin(Report& report, store::Connection& connection, store::Id campaig
 std::optional<double> model_u_mm(store::Connection& connection, const Measured& measured,
                                  const Comparison& c, const TrackerSigma& sigma) {
   if (is_by_name(*c.job)) return std::nullopt;
-  const Campaign trained = job::as_asked(
-      store::load_campaign(connection, c.job->data.campaign_id, {.sessions = c.job->data.sessions})
-          .campaign,
-      job::Json::parse(c.job->data.parameters_json));
+  const Campaign trained = job::trained_on(connection, *c.job);
   const std::vector<Reading> fitted = job::identify_rows(trained);
   if (fitted.size() > kMostFieldSamples) return std::nullopt;
   const auto own = own_uncertainty(job::correction_of(c.job->data.result_json),

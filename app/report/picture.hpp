@@ -10,11 +10,12 @@ namespace trammel::report {
 /// What pictures are drawn with: block elements, or letters that every terminal has.
 enum class Glyphs { blocks, ascii };
 
+inline constexpr int kWide = 100;  // columns: pictures need no more
+
 /// The errors of the table's points seen from above, before and after side by side on one scale: a
 /// point (the mean of those that fall into one cell) is the higher or darker the larger its error,
 /// in eighths of the largest. Empty when all points are at one place; a sentence where it is wider
 /// than `columns`.
-inline constexpr int kWide = 100;  // columns; pictures need no more
 std::string error_map(const ErrorTable& table, Glyphs glyphs, int columns = kWide);
 
 /// Mean position error of all methods that were judged on the points of `table`, from before to

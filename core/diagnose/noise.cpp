@@ -9,6 +9,7 @@
 #include "core/diagnose/structure.hpp"
 #include "core/linear/decompositions.hpp"
 #include "core/statistics/limits.hpp"
+#include "core/statistics/tail.hpp"
 
 namespace trammel {
 
@@ -87,19 +88,14 @@ RobustFit robust_fit(const ResidualSpace& space, const Eigen::MatrixXd& columns)
 
 /// Excess kurtosis of the readings within the threshold, in its errors sqrt(24 / n); 0 for too few.
 double tail_weight(const ResidualSpace& space, const RobustFit& fit, double threshold) {
-  double m2 = 0, m4 = 0, count = 0;
+  Kurtosis near;
   for (Eigen::Index i = 0; i < fit.distance.size(); ++i) {
     if (fit.distance[i] > threshold) continue;
     for (int k = 0; k < 3; ++k) {
-      if (!space.is_measured(k)) continue;
-      const double r = fit.residual[3 * i + k];
-      m2 += r * r;
-      m4 += r * r * r * r;
-      count += 1;
+      if (space.is_measured(k)) near.add(fit.residual[3 * i + k]);
     }
   }
-  if (count < 30 || m2 <= 0) return 0;
-  return (m4 * count / (m2 * m2) - 3) / std::sqrt(24 / count);
+  return near.in_errors();
 }
 
 /// Heavier tails than a normal distribution's: beyond four errors of the kurtosis; beyond two where
@@ -171,10 +167,9 @@ std::optional<Tails> heavy_tails(const ResidualSpace& space, const Eigen::Matrix
   const RobustFit fit = robust_fit(space, all_columns(space, signals));
   const double normal = far_for(space, fit);
   if (!heavier_than_normal(space, fit, normal)) return std::nullopt;
-  // P(|t_3| > x) -> 4 sqrt(3) / (pi x^3) = 2.205 / x^3 for large x, for each coordinate
   const int coordinates = space.coordinates();
   const double student = std::pow(
-      2.205 * coordinates * static_cast<double>(space.readings.size()) / kFalseOutlier, 2.0 / 3);
+      student3_reach(coordinates * static_cast<double>(space.readings.size()), kFalseOutlier), 2);
   const Eigen::Vector3d sigma = space.sigma.each;
   const double winsor = kWinsor[static_cast<std::size_t>(coordinates)];
   Tails tails{.far = {}, .gross = {}, .sigmas = {}, .readings = space.readings};

@@ -9,6 +9,7 @@
 #include "core/linear/products.hpp"
 #include "core/measure/printed.hpp"
 #include "core/statistics/robust.hpp"
+#include "core/statistics/tail.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -29,7 +30,7 @@ constexpr double kOtherTargetMm = 0.1;
 constexpr double kOtherTargetRad = rad_from_deg(0.1);
 
 constexpr double kNearScales = 6;    // what is farther says nothing of the tails of the rest
-constexpr double kHeavyTails = 4;    // standard errors of the excess kurtosis, sqrt(24 / n)
+constexpr double kHeavyTails = 4;    // standard errors of the excess kurtosis
 constexpr double kFalseFar = 0.005;  // of campaigns with Student's noise of 3 degrees
 
 using Rows = std::vector<const Reading*>;
@@ -118,24 +119,19 @@ Eigen::MatrixXd left_of_most(const Eigen::MatrixXd& A, const Eigen::MatrixXd& of
 }
 
 /// Scales beyond which a coordinate is far: kFarTimes, but where what lies near has heavier tails
-/// than a normal distribution as far as Student's t of 3 degrees goes in kFalseFar of campaigns:
-///   P(|t| > x) -> 4 sqrt(3) / (pi x^3) = 2.205 / x^3, and its robust scale is 1.134
+/// than a normal distribution as far as Student's t of 3 degrees goes in kFalseFar of campaigns.
 double far_times(const Field& f) {
-  double n = 0, squares = 0, fourths = 0;
+  constexpr double kScaleOfStudent3 = 1.134;  // robust_sigma of it
+  Kurtosis near;
   for (Eigen::Index c = 0; c < 3; ++c) {
     for (Eigen::Index k = 0; k < f.left.rows(); ++k) {
       const double u = f.left(k, c) / std::max(f.sigma[c], kTinyScale);
-      if (std::abs(u) > kNearScales) continue;
-      n += 1;
-      squares += u * u;
-      fourths += u * u * u * u;
+      if (std::abs(u) <= kNearScales) near.add(u);
     }
   }
-  if (squares == 0) return kFarTimes;
-  const double excess = fourths * n / (squares * squares) - 3;
-  if (excess < kHeavyTails * std::sqrt(24 / n)) return kFarTimes;
+  if (near.in_errors() < kHeavyTails) return kFarTimes;
   const auto coordinates = static_cast<double>(f.left.size());
-  return std::max(kFarTimes, std::cbrt(2.205 * coordinates / kFalseFar) / 1.134);
+  return std::max(kFarTimes, student3_reach(coordinates, kFalseFar) / kScaleOfStudent3);
 }
 
 Field field_of(const Rows& rows) {

@@ -18,6 +18,14 @@ double student_limit(double p, double degrees) {
   return math::quantile(math::complement(math::students_t(degrees), p / 2));
 }
 
+double student3_reach(double n, double p) { return std::cbrt(2.205 * n / p); }
+
+double Kurtosis::in_errors() const {
+  constexpr double kEnough = 30;
+  if (n_ < kEnough || squares_ <= 0) return 0;
+  return (fourths_ * n_ / (squares_ * squares_) - 3) / std::sqrt(24 / n_);
+}
+
 double student_tail(double t, double degrees) {
   return 2 * math::cdf(math::complement(math::students_t(degrees), std::abs(t)));
 }

@@ -293,9 +293,7 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
                       .expected = "a job of " + campaign.name,
                       .hint = "trammel job list " + campaign.name});
   }
-  const Campaign trained = job::as_asked(
-      store::load_campaign(connection, campaign.id, {.sessions = job.data.sessions}).campaign,
-      job::Json::parse(job.data.parameters_json));
+  const Campaign trained = job::trained_on(connection, job);
   const std::vector<Reading> fitted = job::identify_rows(trained);
   std::vector<report::Group> groups = report::baseline_groups(measured);
   std::erase_if(groups, [&session](const report::Group& g) {
