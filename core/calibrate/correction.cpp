@@ -173,6 +173,15 @@ std::string kind_of(const Correction& correction) {
                     correction);
 }
 
+EpochShifts* epochs_of(Correction& correction) {
+  return std::visit(Overloaded{[](NominalCorrection&) -> EpochShifts* { return nullptr; },
+                               [](GeometryCorrection&) -> EpochShifts* { return nullptr; },
+                               [](MapCorrection& map) { return &map.epochs; },
+                               [](ModelCorrection& model) { return &model.model.epochs; },
+                               [](HybridCorrection& hybrid) { return &hybrid.model.epochs; }},
+                    correction);
+}
+
 Move move_of(const Reading& reading) {
   const Conditions& c = reading.conditions;
   return {.target = reading.target,

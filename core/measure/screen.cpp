@@ -8,6 +8,7 @@
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/doubts.hpp"
 #include "core/measure/gross.hpp"
+#include "core/measure/held_epochs.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -77,8 +78,10 @@ std::string to_string(Gravity gravity) {
   return kNames[static_cast<std::size_t>(gravity)];
 }
 
-std::vector<Suspicion> screened(const Campaign& as_measured) {
-  const Campaign campaign = completed(as_measured);
+std::vector<Suspicion> screened(const Campaign& as_measured,
+                                std::span<const std::pair<int, int>> held) {
+  Campaign campaign = completed(as_measured);
+  renumber(campaign.readings, first_epochs(held));
   std::vector<Suspicion> found = gross_mistakes(campaign);
   if (found.empty()) found = bad_readings(campaign);
   for (Suspicion& doubt : doubts(campaign, found)) found.push_back(std::move(doubt));
