@@ -154,7 +154,7 @@ StageResult run_rbf(const Campaign& campaign, const Json& p) {
 
 Stage idw_stage() {
   return {.name = "idw",
-          .algorithm_version = 6,
+          .algorithm_version = 7,
           .what = "inverse distance weighting of joint errors",
           .complete = complete_idw,
           .run = run_idw};
@@ -162,7 +162,7 @@ Stage idw_stage() {
 
 Stage rbf_stage() {
   return {.name = "rbf",
-          .algorithm_version = 6,
+          .algorithm_version = 7,
           .what = "a Gaussian network of joint errors",
           .complete = complete_rbf,
           .run = run_rbf};

@@ -197,15 +197,13 @@ void add_origin(Report& report, store::Connection& connection, store::Id campaig
   report.taken_over = store::taken_head(connection, campaign_id);
 }
 
-/// Of the correction at the points that a comparison judges (job_uncertainty.hpp); nothing of so
-/// many readings that a report would wait for it.
+/// Of the correction (job_uncertainty.hpp); nothing of so many readings that a report would wait
+/// for it.
 std::optional<double> model_u_mm(store::Connection& connection, const Measured& measured,
-                                 const Comparison& c, const NoiseLevel& noise) {
-  if (is_by_name(*c.job) || c.job->data.n_readings > static_cast<int>(kMostFieldSamples))
+                                 const store::Job& job, const NoiseLevel& noise) {
+  if (is_by_name(job) || job.data.n_readings > static_cast<int>(kMostFieldSamples))
     return std::nullopt;
-  std::vector<const Reading*> readings;
-  for (const Pair& pair : c.paired.pairs) readings.push_back(&pair.before->reading);
-  return uncertainty_of(connection, measured, *c.job, noise).rms_mm(readings);
+  return uncertainty_of(connection, measured, job, noise).rms_mm;
 }
 
 /// Behind the correction that the headline speaks of.
@@ -220,7 +218,7 @@ void add_budget(Report& report, store::Connection& connection, const Measured& m
   });
   std::optional<double> u_mm;
   if (judged != compared.end()) {
-    u_mm = model_u_mm(connection, measured, *judged, noise);
+    u_mm = model_u_mm(connection, measured, *judged->job, noise);
   }
   report.budget = budget_of(measured.campaign, budget_facts(measured.campaign), noise, u_mm);
 }

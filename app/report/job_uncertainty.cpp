@@ -71,20 +71,14 @@ HeldOutErrors held_out_of(const Measured& measured, const store::Job& job,
   return found;
 }
 
-}  // namespace
-
-std::optional<double> JobUncertainty::rms_mm(const std::vector<const Reading*>& readings) const {
-  if (!of) return std::nullopt;
+std::optional<double> rms_mm(const PointUncertainty& of, const std::vector<HeldOut>& points) {
+  if (points.empty()) return std::nullopt;
   double squares = 0;
-  int n = 0;
-  for (const Reading* r : readings) {
-    if (!range.why_outside(r->target).empty()) continue;
-    squares += std::pow(of->of(*r).U_mm / 2, 2);
-    ++n;
-  }
-  if (n == 0) return std::nullopt;
-  return std::sqrt(squares / n);
+  for (const HeldOut& point : points) squares += std::pow(of.of(*point.reading).U_mm / 2, 2);
+  return std::sqrt(squares / static_cast<double>(points.size()));
 }
+
+}  // namespace
 
 JobUncertainty uncertainty_of(store::Connection& connection, const Measured& measured,
                               const store::Job& job, const std::optional<NoiseLevel>& noise) {
@@ -119,6 +113,7 @@ JobUncertainty uncertainty_of(store::Connection& connection, const Measured& mea
                                     fmt::format("held-out points in range ({})", held_out.whence),
                                     noise->sigma);
   }
+  if (found.of) found.rms_mm = rms_mm(*found.of, held_out.in_range);
   return found;
 }
 

@@ -26,10 +26,7 @@ struct JobUncertainty {
   std::optional<CrossValidated> cross_validated;  // only where no reading is held out
   std::string why_not_validated;
   std::optional<PointUncertainty> of;  // none without a sigma, or with too few readings to know
-
-  /// Root mean square of the standard uncertainties of these readings, within range, mm; nothing
-  /// where none is known.
-  [[nodiscard]] std::optional<double> rms_mm(const std::vector<const Reading*>& readings) const;
+  std::optional<double> rms_mm;        // of the standard uncertainties of what judges it, in range
 };
 
 /// What the correction knows of itself, widened by what its held-out errors in range show beyond it

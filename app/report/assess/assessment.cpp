@@ -196,24 +196,10 @@ void warn(const Pairs& pairs, const FittedRange& range, std::vector<std::string>
       std::back_inserter(warnings));
 }
 
-/// Of the points with U: the root mean square of their standard uncertainty.
-std::optional<double> model_u_mm(const std::vector<Judged>& sets) {
-  double squares = 0;
-  int n = 0;
-  for (const Judged& j : sets) {
-    for (const Point& p : j.points) {
-      if (!p.U) continue;
-      squares += p.U->U_mm * p.U->U_mm / 4;
-      ++n;
-    }
-  }
-  if (n == 0) return std::nullopt;
-  return std::sqrt(squares / n);
-}
-
 /// The budget; and what of it U and the intervals of the improvement lack.
-void add_budget(JobAssessment& out, const Campaign& campaign, const NoiseLevel& noise) {
-  out.budget = budget_of(campaign, budget_facts(campaign), noise, model_u_mm(out.sets));
+void add_budget(JobAssessment& out, const Campaign& campaign, const NoiseLevel& noise,
+                std::optional<double> model_u_mm) {
+  out.budget = budget_of(campaign, budget_facts(campaign), noise, model_u_mm);
   const double beside_mm = combined_mm(out.budget, false);
   for (Judged& j : out.sets) {
     std::vector<double> before, after;
@@ -263,7 +249,7 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
     warn(pairs, known.range, out.warnings);
     out.sets.push_back(std::move(pairs.judged));
   }
-  if (noise.level) add_budget(out, measured.campaign, *noise.level);
+  if (noise.level) add_budget(out, measured.campaign, *noise.level, known.rms_mm);
   return out;
 }
 
