@@ -306,12 +306,14 @@ class Search {
     }
     const double sound_mm = std::max(kSoundShare * spread_mm_, kLeastMm);
     lie_ = lie(targets_, measured_);
-    const bool poses_lie = !parts_of(lie_, "measured").empty() || deviating();
+    const bool targets_lie = of_measured_.whole_mm < of_targets_.whole_mm &&
+                             !parts_of(lie(measured_, targets_), "target").empty();
+    const bool poses_lie = !parts_of(lie_, "measured").empty() || targets_lie || deviating();
     const bool commands_lie =
         of_targets_.scatter_mm > sound_mm || of_targets_.whole_mm > kMostShiftedMm;
     const bool robot_lies = of_measured_.scatter_mm > sound_mm;
     shifted_rows();
-    if (poses_lie && fitted_.empty()) of_poses();
+    if (poses_lie) of_poses();
     if (fitted_.empty() && !lie_.similar()) of_columns();
     if (robot_lies) of_wires();
     if (commands_lie && !(poses_lie && of_measured_.whole_mm < of_targets_.whole_mm)) of_commands();
@@ -599,14 +601,18 @@ class Search {
     }
   }
 
+  /// The first word of what is wrong: "commands", "target".
+  static std::string column_of(const Suspicion& s) { return s.what.substr(0, s.what.find(' ')); }
+
   std::vector<Suspicion> chosen(bool robot_lies, bool commands_lie) {
     std::stable_sort(fitted_.begin(), fitted_.end(),
                      [](const Fitted& a, const Fitted& b) { return a.left_mm < b.left_mm; });
     std::vector<Suspicion> all;
     for (const Fitted& f : fitted_) {
       if (f.left_mm > kAlike * fitted_.front().left_mm || all.size() == 2) break;
-      const bool named = std::any_of(
-          all.begin(), all.end(), [&](const Suspicion& s) { return s.kind == f.suspicion.kind; });
+      const bool named = std::any_of(all.begin(), all.end(), [&](const Suspicion& s) {
+        return s.kind == f.suspicion.kind && column_of(s) == column_of(f.suspicion);
+      });
       if (!named) all.push_back(f.suspicion);
     }
     const bool wild = lie_.place.left_mm > kMostShiftedMm && robot_lies;
