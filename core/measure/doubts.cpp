@@ -29,13 +29,13 @@ constexpr double kRadPerDeg = rad_from_deg(1);
 constexpr double kKelvinAbove = 150;     // no machine is that hot: room temperature is 293 K
 constexpr double kFahrenheitAbove = 50;  // 68 F is 20 deg C
 constexpr double kWarmDegc = 5;          // an exact zero among such is no reading
-constexpr int kEnoughSteps = 10;
-constexpr double kLongStepS = 3000;  // a point takes seconds to minutes: in ms 3 s are as many
-constexpr double kOneOrientation = rad_from_deg(0.05);
-constexpr double kFineStep = 0.3;           // of sigma: coarser digits repeat by chance
-constexpr double kFineStepMm = 1e-3;        // where no sigma is known
-constexpr double kNominalCommandMm = 5e-3;  // encoders count finer
-constexpr double kMostCorrectionMm = 5;     // what is more is no machine's error
+constexpr int kEnoughSteps = 10;         // of time: fewer may be pauses
+constexpr double kLongStepS = 3000;      // a point takes seconds to minutes: in ms 3 s are as many
+constexpr double kOneOrientation = rad_from_deg(0.05);  // orientations within it are one
+constexpr double kFineStep = 0.3;                       // of sigma: coarser digits repeat by chance
+constexpr double kFineStepMm = 1e-3;                    // where no sigma is known
+constexpr double kNominalCommandMm = 5e-3;              // encoders count finer
+constexpr double kMostCorrectionMm = 5;                 // what is more is no machine's error
 
 bool knows(const std::vector<Suspicion>& found, Mistake kind) {
   return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });

@@ -18,7 +18,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kHighestDegree = 4;
+constexpr int kHighestDegree = 4;    // of the smooth error
 constexpr int kReadingsPerTerm = 4;  // as many again for the noise, and more
 constexpr double kRankShare = 1e-9;  // of the longest column: what is shorter is rounding
 constexpr double kSameMm = 1e-6;     // a coordinate that varies less is one value

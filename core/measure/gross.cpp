@@ -20,21 +20,21 @@ using namespace poses;
 
 namespace {
 
-constexpr double kNearlyAll = 0.95;  // ends of lines too, which a shifted frame leaves
-constexpr double kNearlyAllOfNormal = 1.96;
-constexpr double kAlike = 2;              // two that fit within this factor are both named
-constexpr double kNothingMm = 0.02;       // closer than this two hypotheses fit equally well
-constexpr double kMostUnreachable = 0.2;  // of the readings
-constexpr double kNoNoiseMm = 1e-3;       // closer to the plan than any measurement comes
-constexpr double kOneUnit = 0.02;         // two scales are one unit
-constexpr double kDeviates = 0.2;         // of the width: what errors alone may be
-constexpr double kMostScaled = 0.05;      // lead and tracker scale stay below
-constexpr double kMostTurnedRad = rad_from_deg(2);
-constexpr double kMostShiftedMm = 5;  // of frame, joint zero or command
-constexpr double kOneOrientationRad = rad_from_deg(0.05);
+constexpr double kNearlyAll = 0.95;          // ends of lines too, which a shifted frame leaves
+constexpr double kNearlyAllOfNormal = 1.96;  // |N(0, 1)| stays below it in 95 %
+constexpr double kAlike = 2;                 // two that fit within this factor are both named
+constexpr double kNothingMm = 0.02;          // closer than this two hypotheses fit equally well
+constexpr double kMostUnreachable = 0.2;     // of the readings
+constexpr double kNoNoiseMm = 1e-3;          // closer to the plan than any measurement comes
+constexpr double kOneUnit = 0.02;            // two scales are one unit
+constexpr double kDeviates = 0.2;            // of the width: what errors alone may be
+constexpr double kMostScaled = 0.05;         // lead and tracker scale stay below
+constexpr double kMostTurnedRad = rad_from_deg(2);         // of a frame that was aligned by hand
+constexpr double kMostShiftedMm = 5;                       // of frame, joint zero or command
+constexpr double kOneOrientationRad = rad_from_deg(0.05);  // orientations within it are one
 constexpr double kOtherLengthMm = 1;  // of R, r or S: no machining is that far off
 constexpr double kLeastMm = 0.5;      // closer nothing gross is seen, however near the poses
-constexpr double kMicrometres = 1e3;
+constexpr double kMicrometres = 1e3;  // in a millimetre
 constexpr std::array<double, 5> kLengthUnits = {1e-3, 1 / 25.4, 0.1, kMicrometres, 25.4};
 constexpr double kThird = 1.0 / 3;    // of the rows: where so many are on target, those are poses
 constexpr double kSmoothShare = 0.5;  // of their spread: what a smooth field leaves of errors
@@ -707,7 +707,7 @@ std::vector<Suspicion> gross_mistakes_of_few(const Campaign& as_measured) {
          return Pose{p.x_mm + t.x_mm, p.y_mm + t.y_mm, 0};
        }},
   }};
-  constexpr double kTenth = 0.1;
+  constexpr double kTenth = 0.1;  // of few readings a fifth is chance
   std::vector<Fitted> fitted;
   const auto consider = [&](Mistake kind, std::string what, double left_mm, double now_mm) {
     if (!(left_mm < kCloseMm && left_mm < kTenth * now_mm)) return;
