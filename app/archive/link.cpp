@@ -1,11 +1,14 @@
 #include "app/archive/link.hpp"
 
+#include <fmt/format.h>
 #include <postgresql/libpq-fe.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <memory>
+
+#include "app/archive/answer.hpp"
 
 namespace trammel::archive {
 
@@ -70,23 +73,10 @@ void add_numbers(std::string& bytes, const std::vector<T>& values, int oid) {
   add_field(bytes, field);
 }
 
-Link::Table table_of(const PGresult* result) {
-  Link::Table table;
-  for (int column = 0; column < PQnfields(result); ++column) {
-    table.columns.emplace_back(PQfname(result, column));
-    table.types.push_back(PQftype(result, column));
-  }
-  table.rows.resize(static_cast<std::size_t>(PQntuples(result)));
-  for (int row = 0; row < PQntuples(result); ++row) {
-    for (int column = 0; column < PQnfields(result); ++column) {
-      auto& cell = table.rows[static_cast<std::size_t>(row)].emplace_back();
-      if (PQgetisnull(result, row, column) == 0) {
-        cell.emplace(PQgetvalue(result, row, column),
-                     static_cast<std::size_t>(PQgetlength(result, row, column)));
-      }
-    }
-  }
-  return table;
+std::vector<Link::Row> rows_of(const PGresult* result) {
+  std::vector<Link::Row> rows;
+  for (int row = 0; row < PQntuples(result); ++row) rows.push_back(row_of(result, row));
+  return rows;
 }
 
 std::string one_line(std::string text) {
@@ -200,10 +190,6 @@ void Link::fail(const std::string& doing, const pg_result* result) const {
 }
 
 std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::string>& values) {
-  return table(sql, values).rows;
-}
-
-Link::Table Link::table(const std::string& sql, const std::vector<std::string>& values) {
   std::vector<const char*> parameters;
   for (const std::string& value : values) parameters.push_back(value.c_str());
   const Result result(
@@ -211,7 +197,7 @@ Link::Table Link::table(const std::string& sql, const std::vector<std::string>& 
                    parameters.data(), nullptr, nullptr, 0),
       PQclear);
   if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) fail("the archive refused", result.get());
-  return table_of(result.get());
+  return rows_of(result.get());
 }
 
 void Link::run(const std::string& sql) {
@@ -265,7 +251,7 @@ std::vector<Link::Row> Link::copy_in(const std::string& sql,
   }
   if (!last) return {};
   if (PQresultStatus(last.get()) != PGRES_TUPLES_OK) fail("the archive refused", last.get());
-  return table_of(last.get()).rows;
+  return rows_of(last.get());
 }
 
 void Link::copy_out(const std::string& sql, const std::function<void(const Fields&)>& take) {
@@ -313,7 +299,7 @@ Link::Transaction::Transaction(Link& link, const std::string& sql, std::vector<R
     if (PQtransactionStatus(link.connection_.get()) == PQTRANS_INERROR) link.run("ROLLBACK");
     link.fail("the archive refused", result.get());
   }
-  rows = table_of(result.get()).rows;
+  rows = rows_of(result.get());
 }
 
 Link::Transaction::~Transaction() {

@@ -43,13 +43,7 @@ class Link {
   /// Rows of a query as texts; what is NULL is nothing.
   using Row = std::vector<std::optional<std::string>>;
   std::vector<Row> ask(const std::string& sql, const std::vector<std::string>& values = {});
-  /// The same with the columns' names and PostgreSQL's numbers of their types.
-  struct Table {
-    std::vector<std::string> columns;
-    std::vector<unsigned> types;
-    std::vector<Row> rows;
-  };
-  Table table(const std::string& sql, const std::vector<std::string>& values = {});
+  class Answer;  // the rows one by one: answer.hpp
   /// Statements without values or rows.
   void run(const std::string& sql);
   /// Commits; throws where the server has rolled back instead.

@@ -104,5 +104,38 @@ TEST_CASE("an archive of a newer program is refused with both versions, and left
   const Finished done = run_program(
       {"archive", "init", server->uri(archive, "owner"), "--db", "lab.db"}, folder.path());
   CHECK(done.exit_code == 8);
-  CHECK_THAT(done.err, Contains("99") && Contains("version 3"));
+  CHECK_THAT(done.err, Contains("99") && Contains("version 5"));
+}
+
+TEST_CASE("an archive of an older program is refused until its owner has brought it up to date",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const std::string archive = server->new_archive();
+  const test::TempFolder folder;
+  const auto file = folder.file("lab.db");
+  {
+    store::Connection db = store::open(file, store::Access::create);
+    tests::add_full_campaign(db, "rail");
+  }
+  tests::push_all(server->uri(archive, "robot_a"), file, tests::kStationA);
+  // As version 3 left it.
+  archive::Link(archive::LinkOptions{.uri = server->uri(archive, "owner"), .who = "tests"})
+      .run(
+          "DROP VIEW trammel.model; DROP INDEX trammel.archive_row_models; DROP SEQUENCE "
+          "trammel.work_reached; DELETE FROM trammel.archive WHERE version > 3");
+  REQUIRE(run_program({"archive", "init", server->uri(archive, "robot_a"), "--db", file},
+                      folder.path())
+              .exit_code == 8);  // only its owner may
+  REQUIRE(run_program({"archive", "init", server->uri(archive, "owner"), "--db", "owner.db"},
+                      folder.path())
+              .exit_code == 0);
+  REQUIRE(run_program({"archive", "init", server->uri(archive, "robot_a"), "--station",
+                       tests::kStationA, "--db", file},
+                      folder.path())
+              .exit_code == 0);
+  CHECK(run_program({"archive", "push", "--db", file}, folder.path()).exit_code == 0);
+  CHECK(tests::asked(server->uri(archive, "visitor"), "SELECT count(*) FROM trammel.model") == "2");
+  CHECK(tests::asked(server->uri(archive, "visitor"), "SELECT count(*) FROM trammel.findings()") ==
+        "0");
 }
