@@ -25,10 +25,13 @@ constexpr std::array<std::array<const char*, 2>, 7> kPatience = {{{"connect_time
                                                                   {"tcp_user_timeout", "60000"},
                                                                   {"client_encoding", "UTF8"}}};
 // And what we leave hanging must not hold the server: a statement ends after an hour (a campaign of
-// 10^7 readings takes minutes), a transaction in which we are silent after two minutes.
+// 10^7 readings takes minutes), a transaction in which we are silent after two minutes. What is
+// committed is on its disk, whatever its settings say.
 constexpr const char* kServerPatience =
     "SET statement_timeout = '1h'; SET idle_in_transaction_session_timeout = '2min'; "
-    "SET lock_timeout = '1min'; SET jit = off; SET search_path = pg_catalog, pg_temp";
+    "SET lock_timeout = '1min'; SET jit = off; SET search_path = pg_catalog, pg_temp; "
+    "SELECT set_config('synchronous_commit', 'on', false) "
+    "WHERE current_setting('synchronous_commit') = 'off'";
 
 constexpr std::size_t kCopyBytes = 256 * 1024;  // sent at once
 constexpr std::string_view kCopyHeader{"PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0\0", 19};

@@ -2,6 +2,7 @@
 // A PostgreSQL of the tests' own: on a socket in a temporary folder, gone with the process.
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -14,8 +15,12 @@ class Postgres {
  public:
   /// Started once a process. Nothing where PostgreSQL is not installed: the case is skipped.
   static Postgres* shared();
-  /// Another one, with fsync, to be killed. Nothing where PostgreSQL is not installed.
-  static std::unique_ptr<Postgres> durable();
+  /// Another one, with fsync, to be killed. `prepare` gets its folder, in which its data will be in
+  /// `data` and its log of writes in `wal`; `settings` are the server's. Nothing where PostgreSQL
+  /// is not installed.
+  static std::unique_ptr<Postgres> durable(
+      const std::function<void(const std::filesystem::path& folder)>& prepare = {},
+      const std::string& settings = "");
   /// SIGKILL to every process of the server.
   void kill();
   void start();
@@ -31,11 +36,12 @@ class Postgres {
   [[nodiscard]] int port() const { return port_; }  // of 127.0.0.1 too, without TLS
 
  private:
-  Postgres(const std::string& programs, int port, bool fsync);
+  Postgres(const std::string& programs, int port, std::string settings,
+           const std::function<void(const std::filesystem::path&)>& prepare = {});
   TemporaryFolder folder_;
   std::string programs_;
   int port_ = 0;
-  bool fsync_ = false;
+  std::string settings_;
   int n_archives_ = 0;
 };
 
