@@ -29,17 +29,21 @@ Link::Row row_of(const PGresult* result, int row) {
 
 void Link::Answer::Clear::operator()(pg_result* result) const { PQclear(result); }
 
-Link::Answer::Answer(Link& link, const std::string& sql, milliseconds limit)
+Link::Answer::Answer(Link& link, const std::string& sql, milliseconds limit,
+                     const std::vector<std::string>& values)
     : link_(link), deadline_(steady_clock::now() + limit) {
   PGconn* connection = link_.connection_.get();
-  if (PQsendQueryParams(connection, sql.c_str(), 0, nullptr, nullptr, nullptr, nullptr, 0) == 0) {
+  std::vector<const char*> parameters;
+  for (const std::string& value : values) parameters.push_back(value.c_str());
+  if (PQsendQueryParams(connection, sql.c_str(), static_cast<int>(parameters.size()), nullptr,
+                        parameters.data(), nullptr, nullptr, 0) == 0) {
     link_.fail("the archive takes no question", nullptr);
   }
   PQsetSingleRowMode(connection);
   fetch();
   const auto status = PQresultStatus(row_.get());
-  const bool rows = status == PGRES_SINGLE_TUPLE || status == PGRES_TUPLES_OK;
-  for (int column = 0; rows && column < PQnfields(row_.get()); ++column) {
+  const bool has_rows = status == PGRES_SINGLE_TUPLE || status == PGRES_TUPLES_OK;
+  for (int column = 0; has_rows && column < PQnfields(row_.get()); ++column) {
     columns_.emplace_back(PQfname(row_.get(), column));
     types_.push_back(PQftype(row_.get(), column));
   }
@@ -61,19 +65,16 @@ void Link::Answer::fetch() {
     if (PQconsumeInput(connection) == 0) link_.fail("the archive stopped", nullptr);
   }
   row_.reset(PQgetResult(connection));
-  switch (PQresultStatus(row_.get())) {
-    case PGRES_SINGLE_TUPLE:
-    case PGRES_TUPLES_OK:   // the end, or no row at all
-    case PGRES_COMMAND_OK:  // no question
-    case PGRES_COPY_OUT:
-    case PGRES_COPY_IN:
-      return;
-    default:
-      const char* state = PQresultErrorField(row_.get(), PG_DIAG_SQLSTATE);
-      constexpr std::string_view kCancelled = "57014";  // by statement_timeout
-      if (state != nullptr && state == kCancelled) throw too_long();
-      link_.fail("the archive refused", row_.get());
-  }
+  const auto status = PQresultStatus(row_.get());
+  const bool copies = status == PGRES_COPY_OUT || status == PGRES_COPY_IN;
+  if (status == PGRES_SINGLE_TUPLE || copies) return;
+  // The last one: then the connection is ready for another question.
+  while (const std::unique_ptr<pg_result, Clear> more{PQgetResult(connection)}) continue;
+  if (status == PGRES_TUPLES_OK || status == PGRES_COMMAND_OK) return;
+  const char* state = PQresultErrorField(row_.get(), PG_DIAG_SQLSTATE);
+  constexpr std::string_view kCancelled = "57014";  // by statement_timeout
+  if (state != nullptr && state == kCancelled) throw too_long();
+  link_.fail("the archive refused", row_.get());
 }
 
 std::optional<Link::Row> Link::Answer::next() {

@@ -17,7 +17,8 @@ class Link::Answer {
  public:
   /// `limit`: of the whole answer, by the clock of this side, whatever the server does.
   /// @throws InputError  it is not one statement with rows; StoreError: the archive refuses it
-  Answer(Link& link, const std::string& sql, std::chrono::milliseconds limit);
+  Answer(Link& link, const std::string& sql, std::chrono::milliseconds limit,
+         const std::vector<std::string>& values = {});
 
   [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
   /// PostgreSQL's numbers of their types.

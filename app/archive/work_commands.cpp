@@ -62,7 +62,7 @@ ExitCode run_rerun(const cli::ArchiveOptions& options, cli::Context& context) {
         "nullif($6::bigint, 0))",
         {options.stage, options.parameters, options.force ? "t" : "f", options.station, campaign,
          std::to_string(options.last)});
-    queued += std::stoll(rows.at(0)[0].value());
+    queued += number_of(rows.at(0), 0);
   }
   if (context.json) {
     context.print("archive-rerun", {{"stage", options.stage}, {"queued", queued}});

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "store/open.hpp"
@@ -171,19 +173,27 @@ TEST_CASE("a rerun of 10,000 campaigns takes ten times that of 1,000", "[.][arch
   tests::Postgres* server = tests::Postgres::shared();
   if (server == nullptr) return;
   const Fleet fleet(*server);
-  std::vector<double> per_campaign_ms;
+  std::vector<double> per_campaign_ms;  // of the processor, the server's and ours
   std::string station = tests::kStationA;
+  const auto processor_s = [&] {
+    return fleet.server.processor_s() + static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  };
   for (const int n : {1000, 3000, 10000}) {
     ++station[0];
     const double push_s = fleet.push(station, n);
     fleet.as("robot_a").ask("SELECT trammel.queue('lsq', NULL, false, $1, NULL, NULL)", {station});
     const auto began = Clock::now();
+    const double used_s = processor_s();
     const auto done = tests::work_at(fleet.server.uri(fleet.name, "worker"), tests::kWorker, 2);
+    const double took_s = seconds_since(began);
     CHECK(done.computed == n);
-    per_campaign_ms.push_back(1e3 * seconds_since(began) / n);
-    std::printf("rerun of %5d: pushed at %.0f a second; %.1f ms a campaign by two at once\n", n,
-                n / push_s, per_campaign_ms.back());
+    std::this_thread::sleep_for(std::chrono::seconds(1));  // until its connections have ended
+    per_campaign_ms.push_back(1e3 * (processor_s() - used_s) / n);
+    std::printf(
+        "rerun of %5d by two at once: %.1f a second, %.1f ms of the processor each; pushed "
+        "at %.0f a second\n",
+        n, n / took_s, per_campaign_ms.back(), n / push_s);
     std::fflush(stdout);
   }
-  CHECK(per_campaign_ms.back() < 1.3 * per_campaign_ms.front());
+  CHECK(per_campaign_ms.back() < 1.2 * per_campaign_ms.front());
 }

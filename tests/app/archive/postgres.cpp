@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <sstream>
 #include <thread>
 #include <vector>
 
@@ -108,10 +109,25 @@ void Postgres::start() {
   }
 }
 
-void Postgres::kill() {
+int Postgres::postmaster() const {
   std::ifstream file(folder_.path() / "data/postmaster.pid");
-  pid_t postmaster = 0;
-  if (!(file >> postmaster) || postmaster <= 1) throw std::runtime_error("no server to kill");
+  pid_t found = 0;
+  if (!(file >> found) || found <= 1) throw std::runtime_error("no server");
+  return found;
+}
+
+double Postgres::processor_s() const {
+  std::string stat = read_text("/proc/" + std::to_string(postmaster()) + "/stat");
+  std::istringstream fields(stat.substr(stat.rfind(')') + 2));
+  std::string skipped;
+  for (int field = 3; field < 16; ++field) fields >> skipped;
+  double user = 0, system = 0;  // of children, proc(5)
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+void Postgres::kill() {
+  const pid_t postmaster = this->postmaster();
   // Its children go with it when they find it gone; the first of all is that nobody starts more.
   ::kill(postmaster, SIGSTOP);
   std::ifstream children("/proc/" + std::to_string(postmaster) + "/task/" +

@@ -23,6 +23,8 @@ class Postgres {
       const std::string& settings = "");
   /// SIGKILL to every process of the server.
   void kill();
+  /// What its connections that have ended took of the processor.
+  [[nodiscard]] double processor_s() const;
   void start();
   ~Postgres();
   Postgres(const Postgres&) = delete;
@@ -38,6 +40,7 @@ class Postgres {
  private:
   Postgres(const std::string& programs, int port, std::string settings,
            const std::function<void(const std::filesystem::path&)>& prepare = {});
+  [[nodiscard]] int postmaster() const;
   TemporaryFolder folder_;
   std::string programs_;
   int port_ = 0;
