@@ -144,6 +144,12 @@ Postgres::~Postgres() {
   }
 }
 
+void Postgres::run(const std::string& program, std::vector<std::string> words) const {
+  words.insert(words.begin(), {programs_ + "/" + program, "-h", folder_.path(), "-p",
+                               std::to_string(port_), "-U", "postgres"});
+  as_postgres(std::move(words));
+}
+
 std::string Postgres::uri(const std::string& database, const std::string& role) const {
   return "postgresql://" + role + "@/" + database + "?host=" + folder_.path().string() +
          "&port=" + std::to_string(port_);

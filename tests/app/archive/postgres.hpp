@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/archive/link.hpp"
 #include "tests/support/temporary.hpp"
@@ -29,6 +30,9 @@ class Postgres {
   ~Postgres();
   Postgres(const Postgres&) = delete;
   Postgres& operator=(const Postgres&) = delete;
+
+  /// One of PostgreSQL's programs, on this server. @throws std::runtime_error  it failed
+  void run(const std::string& program, std::vector<std::string> words) const;
 
   /// A new archive, empty. Its owner is "owner"; robot_a and robot_b are stations, visitor reads.
   std::string new_archive();
