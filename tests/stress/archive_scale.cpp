@@ -114,9 +114,8 @@ TEST_CASE("an archive of 10^6 campaigns lists, claims and takes a push as an emp
   std::printf("push of %d campaigns: %.2f s into an empty archive, %.2f s into this one\n", kPushed,
               empty_s, full_s);
   CHECK(full_s < 2 * empty_s);
-  CHECK(
-      fleet.as("robot_a").ask("SELECT trammel.queue('lsq', NULL, false, NULL, NULL, NULL)")[0][0] ==
-      std::to_string(2 * kPushed + kIdle));
+  CHECK(fleet.as("robot_a").ask(tests::queue_of("lsq"))[0][0] ==
+        std::to_string(2 * kPushed + kIdle));
 
   archive::Link reader = fleet.as("visitor");
   CHECK(
@@ -181,7 +180,7 @@ TEST_CASE("a rerun of 10,000 campaigns takes ten times that of 1,000", "[.][arch
   for (const int n : {1000, 3000, 10000}) {
     ++station[0];
     const double push_s = fleet.push(station, n);
-    fleet.as("robot_a").ask("SELECT trammel.queue('lsq', NULL, false, $1, NULL, NULL)", {station});
+    fleet.as("robot_a").ask(tests::queue_of("lsq", "station = '" + station + "'"));
     const auto began = Clock::now();
     const double used_s = processor_s();
     const auto done = tests::work_at(fleet.server.uri(fleet.name, "worker"), tests::kWorker, 2);

@@ -88,8 +88,7 @@ TEST_CASE("an archive that is restored from a backup is what was backed up, and 
   }
   const std::string name = server->new_archive(), restored = name + "_restored";
   tests::push_all(server->uri(name, "robot_a"), file, tests::kStationA);
-  tests::asked(server->uri(name, "robot_a"),
-               "SELECT trammel.queue('lsq', NULL, false, NULL, 'c 1', NULL)");
+  tests::asked(server->uri(name, "robot_a"), tests::queue_of("lsq", "name = 'c 1'"));
   tests::work_at(server->uri(name, "worker"), tests::kWorker);
   const std::string dump = server->socket_folder() / (name + ".dump");
   server->run("pg_dump", {"-Fc", "-f", dump, name});
@@ -107,7 +106,6 @@ TEST_CASE("an archive that is restored from a backup is what was backed up, and 
       pushed, [](const archive::Pushed& one) { return one.n_rows + one.n_readings == 0; }));
   CHECK_THROWS_WITH(tests::asked(server->uri(restored, "owner"), "DELETE FROM trammel.reading"),
                     Contains("can not be changed or deleted"));
-  CHECK(tests::asked(server->uri(restored, "robot_a"),
-                     "SELECT trammel.queue('lsq', NULL, false, NULL, NULL, NULL)") == "4");
+  CHECK(tests::asked(server->uri(restored, "robot_a"), tests::queue_of("lsq")) == "4");
   CHECK(tests::work_at(server->uri(restored, "worker"), tests::kWorker, 2).known == 1);
 }

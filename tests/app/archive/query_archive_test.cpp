@@ -31,7 +31,7 @@ TEST_CASE("a question to the archive can only read, and ends in time", "[archive
   if (server == nullptr) return;
   const Asked ask(*server);
   CHECK(ask("v_job").exit_code == 0);
-  CHECK(ask("SELECT trammel.queue('lsq', NULL, false, NULL, NULL, NULL)").exit_code == 8);
+  CHECK(ask("SELECT trammel.queue('lsq', NULL, false, '{}')").exit_code == 8);
   CHECK(ask("SELECT 1; SELECT 2").exit_code == 8);
   for (const char* no_question :
        {"COMMIT", "SET TRANSACTION READ WRITE", "COPY trammel.work TO STDOUT"}) {

@@ -38,8 +38,7 @@ struct Queued {
     return asked(as(role), sql);
   }
   int queue(const std::string& stage = "lsq", bool force = false) const {
-    return std::stoi(ask("robot_a", "SELECT trammel.queue('" + stage + "', NULL, " +
-                                        (force ? "true" : "false") + ", NULL, NULL, NULL)"));
+    return std::stoi(ask("robot_a", tests::queue_of(stage, "true", force)));
   }
   /// "ID TOKEN" of a claim that a worker never finishes.
   [[nodiscard]] std::string claim(double lease_s) const {
@@ -264,8 +263,7 @@ TEST_CASE("what fails three times is left with its reason and stops nothing", "[
   tests::Postgres* server = tests::Postgres::shared();
   if (server == nullptr) return;
   const Queued archive(*server, 3);
-  archive.ask("robot_a",
-              "SELECT trammel.queue('lsq', '{\"no_such\":1}', false, NULL, 'c 1', NULL)");
+  archive.ask("robot_a", tests::queue_of("lsq", "name = 'c 1'", false, R"('{"no_such":1}')"));
   archive.queue();
   const auto done = tests::work_at(archive.as("worker"), kWorker, 2);
   CHECK(done.computed == 3);
