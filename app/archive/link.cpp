@@ -87,7 +87,8 @@ std::vector<Link::Row> rows_of(const PGresult* result) {
 }
 
 std::string one_line(std::string text) {
-  std::ranges::replace(text, '\n', ' ');
+  std::ranges::replace_if(
+      text, [](char c) { return c == '\n' || c == '\t'; }, ' ');
   while (text.ends_with(' ')) text.pop_back();
   return text;
 }
