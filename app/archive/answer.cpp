@@ -10,8 +10,8 @@ namespace {
 using std::chrono::milliseconds, std::chrono::steady_clock;
 
 StoreError too_long() {
-  return StoreError({.what = "the query took too long",
-                     .hint = "ask for less, or allow it more time (--timeout-s)"});
+  return StoreError({.what = "the archive's answer took too long",
+                     .hint = "ask for less; `trammel query` has --timeout-s"});
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ void setup_archive(Command app, Context& context, const ArchiveRuns& runs) {
   setup_query_options(verb("query",
                            "Answer one SELECT on the archive, read only. Views as in a station's "
                            "database, with the\ncolumn station: v_accuracy, v_point_error, v_job, "
-                           "v_drift, v_point_status",
+                           "v_drift, v_point_status; and the table model",
                            runs.query),
                       options->query);
 }
