@@ -13,7 +13,6 @@ namespace {
 
 // Steps of SQLite's machine between two looks at the clock: some 0.1 ms.
 constexpr int kStepsPerLook = 10'000;
-constexpr int kLongestValueBytes = 16 << 20;  // a job's points of some 200,000 readings
 constexpr int kLongestPatternBytes = 1000;
 
 int time_is_over(void* deadline) {
@@ -103,7 +102,7 @@ Query::Query(Connection& connection, const std::string& question, std::chrono::m
   sqlite3* db = connection.handle();
   longest_value_ = sqlite3_limit(db, SQLITE_LIMIT_LENGTH, -1);  // -1 asks
   longest_pattern_ = sqlite3_limit(db, SQLITE_LIMIT_LIKE_PATTERN_LENGTH, kLongestPatternBytes);
-  if (sql == question) sqlite3_limit(db, SQLITE_LIMIT_LENGTH, kLongestValueBytes);
+  if (sql == question) sqlite3_limit(db, SQLITE_LIMIT_LENGTH, kLongestAnsweredBytes);
   if (is_one_statement(connection, sql)) statement_.emplace(connection, sql);
   if (!statement_ || sqlite3_stmt_readonly(statement_->handle()) == 0 ||
       statement_->columns() == 0) {

@@ -11,6 +11,9 @@ namespace trammel::store {
 
 using Cell = std::variant<std::nullptr_t, std::int64_t, double, std::string>;  // a blob as hex
 
+/// Of one value in an answer to a SELECT: a job's points of some 200,000 readings.
+inline constexpr int kLongestAnsweredBytes = 16 << 20;
+
 /// A table that a program computes.
 struct ComputedTable {
   std::string name;

@@ -58,10 +58,10 @@ Json rows_json(const std::vector<Column>& columns, const std::vector<Link::Row>&
   for (const Link::Row& row : rows) {
     Json object = Json::object();
     for (std::size_t k = 0; k < columns.size(); ++k) {
-      if (!row[k]) {
+      if (!row.at(k)) {
         object[columns[k].key] = nullptr;
       } else if (columns[k].number) {
-        object[columns[k].key] = std::stoll(*row[k]);
+        object[columns[k].key] = number_of(row, k);
       } else {
         object[columns[k].key] = *row[k];
       }
@@ -77,7 +77,7 @@ std::string rows_text(const std::vector<Column>& columns, const std::vector<Link
   terminal::Table table(header);
   for (const Link::Row& row : rows) {
     std::vector<std::string> line;
-    for (std::size_t k = 0; k < columns.size(); ++k) line.push_back(row[k].value_or(""));
+    for (std::size_t k = 0; k < columns.size(); ++k) line.push_back(row.at(k).value_or(""));
     table.add(std::move(line));
   }
   return table.text();
@@ -213,7 +213,7 @@ ExitCode run_verify(const Options& options, Context& context) {
   require_archive(link);
   std::vector<std::string> findings;
   for (const Link::Row& row : link.ask("SELECT trammel.findings() LIMIT 100")) {
-    findings.push_back(row[0].value_or(""));
+    findings.push_back(text_of(row, 0));
   }
   const Link::Row counts = link.ask(
                                    "SELECT coalesce(sum(n_readings), 0)::bigint, "
@@ -221,12 +221,12 @@ ExitCode run_verify(const Options& options, Context& context) {
                                .at(0);
   if (context.json) {
     context.print("archive-verify", {{"ok", findings.empty()},
-                                     {"n_readings", std::stoll(counts[0].value())},
-                                     {"n_rows", std::stoll(counts[1].value())},
+                                     {"n_readings", number_of(counts, 0)},
+                                     {"n_rows", number_of(counts, 1)},
                                      {"findings", findings}});
   } else if (findings.empty()) {
     context.print(fmt::format("ok: {} readings and {} other rows are what was pushed",
-                              counts[0].value(), counts[1].value()));
+                              text_of(counts, 0), text_of(counts, 1)));
   } else {
     for (const std::string& finding : findings) context.print(cli::printable(finding));
   }

@@ -8,7 +8,7 @@ int newest() { return static_cast<int>(archive_schema().size()); }
 
 int archive_version(Link& link) {
   if (!link.ask("SELECT to_regclass('trammel.archive')::text").at(0).at(0)) return 0;
-  return std::stoi(link.ask("SELECT max(version)::text FROM trammel.archive").at(0).at(0).value());
+  return static_cast<int>(number_of(link.ask("SELECT max(version) FROM trammel.archive").at(0), 0));
 }
 
 bool install(Link& link) {

@@ -1,11 +1,15 @@
 #include "app/archive/link.hpp"
 
+#include <fmt/format.h>
 #include <postgresql/libpq-fe.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdlib>
 #include <memory>
+
+#include "app/archive/answer.hpp"
 
 namespace trammel::archive {
 
@@ -22,10 +26,16 @@ constexpr std::array<std::array<const char*, 2>, 7> kPatience = {{{"connect_time
                                                                   {"tcp_user_timeout", "60000"},
                                                                   {"client_encoding", "UTF8"}}};
 // And what we leave hanging must not hold the server: a statement ends after an hour (a campaign of
-// 10^7 readings takes minutes), a transaction in which we are silent after two minutes.
+// 10^7 readings takes minutes), a transaction in which we are silent after two minutes. What is
+// committed is on its disk, whatever its settings say.
 constexpr const char* kServerPatience =
     "SET statement_timeout = '1h'; SET idle_in_transaction_session_timeout = '2min'; "
-    "SET lock_timeout = '1min'; SET jit = off; SET search_path = pg_catalog, pg_temp";
+    "SET lock_timeout = '1min'; SET jit = off; SET search_path = pg_catalog, pg_temp; "
+    "SELECT set_config('synchronous_commit', 'on', false) "
+    "WHERE current_setting('synchronous_commit') = 'off'";
+
+// As long as the server lets it, and a minute in which it should have said so.
+constexpr std::chrono::minutes kLongestStatement{61};
 
 constexpr std::size_t kCopyBytes = 256 * 1024;  // sent at once
 constexpr std::string_view kCopyHeader{"PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0\0", 19};
@@ -70,27 +80,15 @@ void add_numbers(std::string& bytes, const std::vector<T>& values, int oid) {
   add_field(bytes, field);
 }
 
-Link::Table table_of(const PGresult* result) {
-  Link::Table table;
-  for (int column = 0; column < PQnfields(result); ++column) {
-    table.columns.emplace_back(PQfname(result, column));
-    table.types.push_back(PQftype(result, column));
-  }
-  table.rows.resize(static_cast<std::size_t>(PQntuples(result)));
-  for (int row = 0; row < PQntuples(result); ++row) {
-    for (int column = 0; column < PQnfields(result); ++column) {
-      auto& cell = table.rows[static_cast<std::size_t>(row)].emplace_back();
-      if (PQgetisnull(result, row, column) == 0) {
-        cell.emplace(PQgetvalue(result, row, column),
-                     static_cast<std::size_t>(PQgetlength(result, row, column)));
-      }
-    }
-  }
-  return table;
+std::vector<Link::Row> rows_of(const PGresult* result) {
+  std::vector<Link::Row> rows;
+  for (int row = 0; row < PQntuples(result); ++row) rows.push_back(row_of(result, row));
+  return rows;
 }
 
 std::string one_line(std::string text) {
-  std::ranges::replace(text, '\n', ' ');
+  std::ranges::replace_if(
+      text, [](char c) { return c == '\n' || c == '\t'; }, ' ');
   while (text.ends_with(' ')) text.pop_back();
   return text;
 }
@@ -200,18 +198,19 @@ void Link::fail(const std::string& doing, const pg_result* result) const {
 }
 
 std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::string>& values) {
-  return table(sql, values).rows;
-}
-
-Link::Table Link::table(const std::string& sql, const std::vector<std::string>& values) {
-  std::vector<const char*> parameters;
-  for (const std::string& value : values) parameters.push_back(value.c_str());
-  const Result result(
-      PQexecParams(connection_.get(), sql.c_str(), static_cast<int>(parameters.size()), nullptr,
-                   parameters.data(), nullptr, nullptr, 0),
-      PQclear);
-  if (PQresultStatus(result.get()) != PGRES_TUPLES_OK) fail("the archive refused", result.get());
-  return table_of(result.get());
+  Answer answer(*this, sql, kLongestStatement, values);
+  std::vector<Row> rows;
+  std::size_t bytes = 0;
+  while (auto row = answer.next()) {
+    for (const auto& cell : *row) bytes += sizeof cell + (cell ? cell->size() : 0);
+    rows.push_back(*std::move(row));
+    if (bytes <= kMostAnsweredBytes) continue;
+    connection_.reset();
+    throw DeviceError({.what = "the archive sends more than this program takes",
+                       .where = {.file = name_},
+                       .expected = std::to_string(kMostAnsweredBytes) + " bytes at most"});
+  }
+  return rows;
 }
 
 void Link::run(const std::string& sql) {
@@ -265,17 +264,13 @@ std::vector<Link::Row> Link::copy_in(const std::string& sql,
   }
   if (!last) return {};
   if (PQresultStatus(last.get()) != PGRES_TUPLES_OK) fail("the archive refused", last.get());
-  return table_of(last.get()).rows;
+  return rows_of(last.get());
 }
 
 void Link::copy_out(const std::string& sql, const std::function<void(const Fields&)>& take) {
   const Result begun(PQexec(connection_.get(), sql.c_str()), PQclear);
   if (PQresultStatus(begun.get()) != PGRES_COPY_OUT) fail("the archive refused", begun.get());
-  const std::unique_ptr<PGconn, void (*)(PGconn*)> drained(
-      connection_.get(), [](PGconn* connection) {
-        for (char* rest = nullptr; PQgetCopyData(connection, &rest, 0) > 0;) PQfreemem(rest);
-        while (const Result rest{PQgetResult(connection), PQclear}) continue;
-      });
+  const std::unique_ptr<Link, void (*)(Link*)> drained(this, [](Link* link) { link->drain(); });
   std::size_t skip = kCopyHeader.size();
   char* buffer = nullptr;
   int size = 0;
@@ -306,6 +301,16 @@ void Link::copy_out(const std::string& sql, const std::function<void(const Field
   if (PQresultStatus(ended.get()) != PGRES_COMMAND_OK) fail("the archive stopped", ended.get());
 }
 
+/// What is left of a COPY that was not taken to its end: of an endless one the connection ends.
+void Link::drain() {
+  std::size_t bytes = 0;
+  char* rest = nullptr;
+  for (int size = 0; (size = PQgetCopyData(connection_.get(), &rest, 0)) > 0; PQfreemem(rest)) {
+    if ((bytes += static_cast<std::size_t>(size)) > kMostAnsweredBytes) return connection_.reset();
+  }
+  while (const Result last{PQgetResult(connection_.get()), PQclear}) continue;
+}
+
 Link::Transaction::Transaction(Link& link, const std::string& sql, std::vector<Row>& rows)
     : link_(link) {
   const Result result(PQexec(link.connection_.get(), ("BEGIN; " + sql).c_str()), PQclear);
@@ -313,7 +318,7 @@ Link::Transaction::Transaction(Link& link, const std::string& sql, std::vector<R
     if (PQtransactionStatus(link.connection_.get()) == PQTRANS_INERROR) link.run("ROLLBACK");
     link.fail("the archive refused", result.get());
   }
-  rows = table_of(result.get()).rows;
+  rows = rows_of(result.get());
 }
 
 Link::Transaction::~Transaction() {
@@ -353,6 +358,22 @@ void add_array(std::string& bytes, const std::vector<std::int64_t>& values) {
 }
 void add_array(std::string& bytes, const std::vector<std::int32_t>& values) {
   add_numbers(bytes, values, kOidInt4);
+}
+
+const std::string& text_of(const Link::Row& row, std::size_t column) {
+  if (column >= row.size() || !row[column]) {
+    throw DeviceError({.what = "the archive sent a row without a value that it must have"});
+  }
+  return *row[column];
+}
+
+std::int64_t number_of(const Link::Row& row, std::size_t column) {
+  const std::string& text = text_of(row, column);
+  std::int64_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, value);
+  if (read.ec == std::errc{} && read.ptr == end) return value;
+  throw DeviceError({.what = "the archive sent no whole number", .got = text.substr(0, 100)});
 }
 
 std::int64_t integer_of(std::string_view field) {

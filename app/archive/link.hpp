@@ -33,6 +33,9 @@ std::vector<std::pair<std::string, std::string>> connection_words(const LinkOpti
 /// As PQserverVersion: the oldest that the archive's schema was tried on.
 inline constexpr int kOldestServer = 150000;
 
+/// Of one answer that is held whole: the digests of 10^7 rows.
+inline constexpr std::size_t kMostAnsweredBytes = std::size_t{1} << 30;
+
 /// Owns the connection. One thread at a time.
 class Link {
  public:
@@ -40,16 +43,11 @@ class Link {
   /// kOldestServer
   explicit Link(const LinkOptions& options);
 
-  /// Rows of a query as texts; what is NULL is nothing.
+  /// Rows of a query as texts; what is NULL is nothing. An answer of more than kMostAnsweredBytes,
+  /// or of more than an hour, ends the connection.
   using Row = std::vector<std::optional<std::string>>;
   std::vector<Row> ask(const std::string& sql, const std::vector<std::string>& values = {});
-  /// The same with the columns' names and PostgreSQL's numbers of their types.
-  struct Table {
-    std::vector<std::string> columns;
-    std::vector<unsigned> types;
-    std::vector<Row> rows;
-  };
-  Table table(const std::string& sql, const std::vector<std::string>& values = {});
+  class Answer;  // the rows one by one: answer.hpp
   /// Statements without values or rows.
   void run(const std::string& sql);
   /// Commits; throws where the server has rolled back instead.
@@ -83,6 +81,7 @@ class Link {
   [[nodiscard]] std::string quoted(const std::string& text) const;
 
  private:
+  void drain();
   [[noreturn]] void fail(const std::string& doing, const pg_result* result) const;
   struct Close {
     void operator()(pg_conn* connection) const;
@@ -90,6 +89,11 @@ class Link {
   std::unique_ptr<pg_conn, Close> connection_;
   std::string name_;  // of the server, without a password
 };
+
+/// Of a row's cell that must be there, as it is or as a whole number.
+/// @throws DeviceError  it is not. Proof: hostile_archive_test.cpp
+const std::string& text_of(const Link::Row& row, std::size_t column);
+std::int64_t number_of(const Link::Row& row, std::size_t column);
 
 /// Fields of binary COPY, appended.
 void add_count(std::string& bytes, std::int16_t n_fields);

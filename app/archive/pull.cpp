@@ -24,7 +24,7 @@ std::string of_campaigns(Link& link, const Wanted& wanted) {
   }
   std::string list;
   for (const Link::Row& row : link.ask("SELECT trammel.needed_by($1)", {wanted.campaign})) {
-    list += (list.empty() ? "" : ", ") + link.quoted(row[0].value());
+    list += (list.empty() ? "" : ", ") + link.quoted(text_of(row, 0));
   }
   return " campaign IN (" + list + ") ";
 }

@@ -62,11 +62,11 @@ constexpr const char* kHeadColumns =
     "campaign, station FROM ";
 
 Head head_of(const Link::Row& row) {
-  return {.head = row[0].value(),
-          .last_seq = std::stoll(row[1].value()),
-          .n_readings = std::stoll(row[2].value()),
-          .rows_sha256 = row[3].value(),
-          .n_rows = std::stoll(row[4].value())};
+  return {.head = text_of(row, 0),
+          .last_seq = number_of(row, 1),
+          .n_readings = number_of(row, 2),
+          .rows_sha256 = text_of(row, 3),
+          .n_rows = number_of(row, 4)};
 }
 
 std::string said(std::string_view of, const Head& head) {
@@ -109,7 +109,7 @@ std::vector<LocalRow> new_rows(Link& link, const CampaignName& campaign,
   for (const Link::Row& row :
        link.ask("SELECT encode(sha256, 'hex') FROM trammel.archive_row WHERE campaign = $1",
                 {campaign.uuid})) {
-    there.insert(row[0].value());
+    there.insert(text_of(row, 0));
   }
   std::vector<LocalRow> fresh;
   std::size_t n_known = 0;
@@ -222,11 +222,11 @@ Pushed push_one(Link& link, Connection& db, const std::string& station,
                                 rows_begun);
   const Link::Row& begun = rows_begun.at(0);
   const Head archived = head_of(begun);
-  if (begun[6] != station) {
+  if (text_of(begun, 6) != station) {
     throw InputError({.what = "'" + campaign.name + "' is in the archive from another station",
                       .where = {.field = campaign.uuid},
                       .got = said("this file, station " + station, local),
-                      .expected = said("the archive, station " + begun[6].value(), archived),
+                      .expected = said("the archive, station " + text_of(begun, 6), archived),
                       .hint = "nothing was sent: is this database a copy? one file alone is a "
                               "campaign's writer"});
   }
@@ -264,7 +264,7 @@ std::vector<Pushed> push(Link& link, Connection& db, const std::string& station,
   std::map<std::string, Head> known;
   for (const Link::Row& row : link.ask(
            std::string(kHeadColumns) + "trammel.campaign_head WHERE station = $1", {station})) {
-    known.emplace(row[5].value(), head_of(row));
+    known.emplace(text_of(row, 5), head_of(row));
   }
   std::vector<Pushed> all;
   for (const CampaignName& campaign : campaigns) {

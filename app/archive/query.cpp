@@ -1,30 +1,42 @@
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "app/archive/answer.hpp"
 #include "app/archive/commands.hpp"
 #include "app/archive/install.hpp"
+#include "app/files/numbers.hpp"
 
 namespace trammel::archive {
 
 namespace {
 
-/// As SQLite has them: whole numbers (and what is true), numbers, texts.
-store::Cell cell_of(const std::optional<std::string>& text, unsigned type) {
-  if (!text) return nullptr;
+constexpr std::chrono::milliseconds kGrace{500};  // in which the server should have ended it
+
+/// As SQLite has them: whole numbers (and what is true), numbers, texts. What is no number of that
+/// size, as 1e400 and NaN, stays the text it is.
+store::Cell cell_of(const std::string& text, unsigned type) {
   switch (type) {
     case 16:  // bool
-      return std::int64_t{*text == "t"};
+      return std::int64_t{text == "t"};
     case 20:  // int8, int2, int4
     case 21:
-    case 23:
-      return static_cast<std::int64_t>(std::stoll(*text));
+    case 23: {
+      std::int64_t value = 0;
+      const char* const end = text.data() + text.size();
+      const auto read = std::from_chars(text.data(), end, value);
+      if (read.ec == std::errc{} && read.ptr == end) return value;
+      return text;
+    }
     case 700:  // float4, float8, numeric
     case 701:
     case 1700:
-      return std::stod(*text);
+      if (const auto value = parse_number(text)) return *value;
+      return text;
     default:
-      return *text;
+      return text;
   }
 }
 
@@ -39,25 +51,34 @@ std::string question_of(const std::string& sql) {
 }  // namespace
 
 ExitCode run_query(const cli::ArchiveOptions& options, cli::Context& context) {
+  using std::chrono::milliseconds;
   Link link = link_to(options, context);
   require_archive(link);
-  const Link::Transaction asked(link);  // rolled back
+  const milliseconds limit(static_cast<long>(options.query.timeout_s * 1000));
   link.run(
-      "SET TRANSACTION READ ONLY; SET LOCAL search_path = trammel, pg_catalog, pg_temp; "
+      "BEGIN READ ONLY; SET LOCAL search_path = trammel, pg_catalog, pg_temp; "
       "SET LOCAL statement_timeout = " +
-      std::to_string(static_cast<long>(options.query.timeout_s * 1000)));
-  const Link::Table table = link.table(question_of(options.query.sql));
-  std::size_t at = 0;
+      std::to_string(limit.count()));
+  const std::string question = question_of(options.query.sql);
+  Link::Answer answer(link, question, limit + kGrace);
+  const bool is_select = question == options.query.sql;
   const auto next = [&]() -> std::optional<std::vector<store::Cell>> {
-    if (at == table.rows.size()) return std::nullopt;
+    const auto row = answer.next();
+    if (!row) return std::nullopt;
     std::vector<store::Cell> cells;
-    for (std::size_t k = 0; k < table.columns.size(); ++k) {
-      cells.push_back(cell_of(table.rows[at][k], table.types[k]));
+    for (std::size_t k = 0; k < row->size(); ++k) {
+      const auto& value = (*row)[k];
+      if (is_select && value && value->size() > store::kLongestAnsweredBytes) {
+        throw StoreError({.what = "a value of the answer is too long",
+                          .where = {.field = answer.columns()[k]},
+                          .got = std::to_string(value->size()) + " bytes",
+                          .expected = std::to_string(store::kLongestAnsweredBytes) + " at most"});
+      }
+      cells.push_back(value ? cell_of(*value, answer.types().at(k)) : nullptr);
     }
-    ++at;
     return cells;
   };
-  cli::print_answer({table.columns, next}, options.query, context);
+  cli::print_answer({answer.columns(), next}, options.query, context);
   return ExitCode::ok;
 }
 

@@ -4,6 +4,7 @@
 
 #include "app/archive/commands.hpp"
 #include "app/archive/install.hpp"
+#include "app/files/numbers.hpp"
 #include "app/terminal/progress.hpp"
 
 namespace trammel::archive {
@@ -79,11 +80,11 @@ Queue queue_of(Link& link) {
               "extract(epoch FROM max(finished_at) - min(finished_at))) END FROM trammel.work "
               "WHERE finished_at > now() - interval '10 minutes')::float8 FROM trammel.work")
           .at(0);
-  return {.waiting = std::stoll(row[0].value()),
-          .claimed = std::stoll(row[1].value()),
-          .done = std::stoll(row[2].value()),
-          .failed = std::stoll(row[3].value()),
-          .rate_per_s = row[4] ? std::optional(std::stod(*row[4])) : std::nullopt};
+  return {.waiting = number_of(row, 0),
+          .claimed = number_of(row, 1),
+          .done = number_of(row, 2),
+          .failed = number_of(row, 3),
+          .rate_per_s = row.at(4) ? parse_number(*row[4]) : std::nullopt};
 }
 
 std::string queue_text(const Queue& queue) {

@@ -35,13 +35,13 @@ std::optional<Claim> claim_next(Link& link, const WorkOptions& options) {
       {options.station, options.machine, std::to_string(options.lease_s)});
   if (rows.empty()) return std::nullopt;
   const Link::Row& row = rows[0];
-  return Claim{.id = row[0].value(),
-               .token = row[1].value(),
-               .stage = row[2].value(),
-               .campaign = row[3].value(),
-               .station = row[4].value(),
-               .parameters_json = row[5],
-               .force = row[6] == "t"};
+  return Claim{.id = text_of(row, 0),
+               .token = text_of(row, 1),
+               .stage = text_of(row, 2),
+               .campaign = text_of(row, 3),
+               .station = text_of(row, 4),
+               .parameters_json = row.at(5),
+               .force = text_of(row, 6) == "t"};
 }
 
 /// The job, computed or known, and the row it is stored as.
@@ -74,7 +74,8 @@ bool finish(Link& link, const Claim& claim, const Found& found, const WorkOption
   if (!found.row) {
     return link.ask("SELECT trammel.finish($1, $2, $3, $4, $5, NULL, NULL, NULL, NULL, NULL)",
                     {claim.id, claim.token, options.station, options.machine, key})
-               .at(0)[0] == "t";
+               .at(0)
+               .at(0) == "t";
   }
   const store::CanonicalRow& row = *found.row;
   return link.ask("SELECT trammel.finish($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
@@ -82,7 +83,8 @@ bool finish(Link& link, const Claim& claim, const Found& found, const WorkOption
                    hex_text(store::sha256_of(job::outcome_text(found.outcome.job.data))),
                    hex_text(row.key), fmt::format("{{{}}}", fmt::join(row.n_rows, ",")),
                    hex_text(row.bytes), hex_text(store::sha256_of(row.bytes))})
-             .at(0)[0] == "t";
+             .at(0)
+             .at(0) == "t";
 }
 
 class Worker {

@@ -58,11 +58,14 @@ ExitCode run_rerun(const cli::ArchiveOptions& options, cli::Context& context) {
   std::int64_t queued = 0;
   for (const std::string& campaign : campaigns) {
     const auto rows = link.ask(
-        "SELECT trammel.queue($1, nullif($2, ''), $3, nullif($4, ''), nullif($5, ''), "
-        "nullif($6::bigint, 0))",
+        "SELECT trammel.queue($1, nullif($2, ''), $3, ARRAY(SELECT campaign FROM trammel.campaign "
+        "JOIN trammel.campaign_head USING (campaign) WHERE (" +
+            options.where +
+            "\n) AND $4 IN ('', station) AND $5 IN ('', name, campaign) "
+            "ORDER BY moved_at DESC LIMIT nullif($6::bigint, 0)))",
         {options.stage, options.parameters, options.force ? "t" : "f", options.station, campaign,
          std::to_string(options.last)});
-    queued += std::stoll(rows.at(0)[0].value());
+    queued += number_of(rows.at(0), 0);
   }
   if (context.json) {
     context.print("archive-rerun", {{"stage", options.stage}, {"queued", queued}});

@@ -41,6 +41,8 @@ void setup_work(const Verb& verb, ArchiveOptions& options, const ArchiveRuns& ru
       .type("METHOD");
   rerun.option("--station", options.station, "Campaigns of this station").type("UUID");
   rerun.option("--campaign", options.campaigns, "These alone, by name or uuid").type("CAMPAIGN");
+  rerun.option("--where", options.where,
+               "SQL condition on the table campaign, and on station, n_readings and moved_at");
   rerun.option("--newest", options.last, "The last so many that were pushed (default: all)")
       .range(1, 100000000);
   rerun.option("--parameters", options.parameters, "Of the stage, as JSON").type("JSON");
@@ -84,7 +86,7 @@ void setup_archive(Command app, Context& context, const ArchiveRuns& runs) {
   setup_query_options(verb("query",
                            "Answer one SELECT on the archive, read only. Views as in a station's "
                            "database, with the\ncolumn station: v_accuracy, v_point_error, v_job, "
-                           "v_drift, v_point_status",
+                           "v_drift, v_point_status; and the table model",
                            runs.query),
                       options->query);
 }

@@ -18,7 +18,7 @@ struct ArchiveOptions {
   std::string to;
   bool with_results = false;
   int newest = 50;
-  std::string stage, parameters;
+  std::string stage, parameters, where = "true";
   int last = 0;  // campaigns to queue; 0: all
   bool force = false;
   unsigned jobs = 1;

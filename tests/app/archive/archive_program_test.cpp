@@ -4,6 +4,7 @@
 
 #include <sstream>
 
+#include "app/archive/install.hpp"
 #include "app/terminal/columns.hpp"
 #include "store/open.hpp"
 #include "tests/app/archive/postgres.hpp"
@@ -85,6 +86,11 @@ TEST_CASE("init, push, list, status, verify and pull as a person types them", "[
   CHECK(listed[0]["head"] == pushed["campaigns"][0]["head"]);
   CHECK(run({"status"})["stations"][0]["n_readings"] == 12);
   CHECK(run({"rerun", "--stage", "lsq", "--campaign", "rail", "--newest", "3"})["queued"] == 1);
+  const auto queued = [&](const char* where) {
+    return run({"rerun", "--stage", "idw", "--where", where})["queued"];
+  };
+  CHECK(queued("n_readings > 12 OR kind = 'other'") == 0);
+  CHECK(queued("n_readings >= 12 AND name LIKE 'r%'") == 1);
   CHECK(run({"verify"})["ok"] == true);
   CHECK(run({"pull", "--out", "again.db"})["n_readings"] == 12);
   CHECK(tests::content(folder.file("again.db")) == tests::content(folder.file("lab.db")));
@@ -104,5 +110,40 @@ TEST_CASE("an archive of a newer program is refused with both versions, and left
   const Finished done = run_program(
       {"archive", "init", server->uri(archive, "owner"), "--db", "lab.db"}, folder.path());
   CHECK(done.exit_code == 8);
-  CHECK_THAT(done.err, Contains("99") && Contains("version 3"));
+  CHECK_THAT(done.err, Contains("99") && Contains("version 6"));
+}
+
+TEST_CASE("an archive of an older program is refused until its owner has brought it up to date",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const std::string archive = server->new_archive();
+  const test::TempFolder folder;
+  const auto file = folder.file("lab.db");
+  {
+    store::Connection db = store::open(file, store::Access::create);
+    tests::add_full_campaign(db, "rail");
+  }
+  {
+    archive::Link owner({.uri = server->uri(archive, "owner"), .who = "tests"});
+    archive::Link::Transaction older(owner);
+    owner.run("DROP SCHEMA trammel CASCADE");
+    for (std::size_t k = 0; k < 3; ++k) owner.run(std::string(archive::archive_schema()[k]));
+    older.commit();
+  }
+  tests::push_all(server->uri(archive, "robot_a"), file, tests::kStationA);
+  REQUIRE(run_program({"archive", "init", server->uri(archive, "robot_a"), "--db", file},
+                      folder.path())
+              .exit_code == 8);  // only its owner may
+  REQUIRE(run_program({"archive", "init", server->uri(archive, "owner"), "--db", "owner.db"},
+                      folder.path())
+              .exit_code == 0);
+  REQUIRE(run_program({"archive", "init", server->uri(archive, "robot_a"), "--station",
+                       tests::kStationA, "--db", file},
+                      folder.path())
+              .exit_code == 0);
+  CHECK(run_program({"archive", "push", "--db", file}, folder.path()).exit_code == 0);
+  CHECK(tests::asked(server->uri(archive, "visitor"), "SELECT count(*) FROM trammel.model") == "2");
+  CHECK(tests::asked(server->uri(archive, "visitor"), "SELECT count(*) FROM trammel.findings()") ==
+        "0");
 }

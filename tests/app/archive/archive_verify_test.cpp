@@ -1,10 +1,13 @@
 // What was changed in the server, behind its guards, is found; numbers come back with their bits.
 
+#include <algorithm>
+
 #include "store/open.hpp"
 #include "tests/app/archive/postgres.hpp"
 #include "tests/app/archive/stations.hpp"
 #include "tests/store/fixtures.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
 
 using Catch::Matchers::Contains;
 using namespace trammel;
@@ -70,4 +73,39 @@ TEST_CASE("doubles come out of canonical bytes with their bits", "[archive]") {
   CHECK_THROWS_AS(link.ask("SELECT trammel.part_of('exclusion', "
                            "'\\x69000000000000000074ffffffffffffffff61', '{1}', 1)"),
                   StoreError);
+}
+
+TEST_CASE("an archive that is restored from a backup is what was backed up, and goes on",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const test::TempFolder folder;
+  const auto file = folder.file("lab.db");
+  {
+    store::Connection db = store::open(file, store::Access::create);
+    tests::add_full_campaign(db, "rail");
+    tests::add_small_campaigns(db, "c", 3);
+  }
+  const std::string name = server->new_archive(), restored = name + "_restored";
+  tests::push_all(server->uri(name, "robot_a"), file, tests::kStationA);
+  tests::asked(server->uri(name, "robot_a"), tests::queue_of("lsq", "name = 'c 1'"));
+  tests::work_at(server->uri(name, "worker"), tests::kWorker);
+  const std::string dump = server->socket_folder() / (name + ".dump");
+  server->run("pg_dump", {"-Fc", "-f", dump, name});
+  server->run("createdb", {"-O", "owner", restored});
+  server->run("pg_restore", {"-d", restored, dump});
+  for (const std::string& archive : {name, restored}) {
+    const auto verified = tests::run_program(
+        {"archive", "verify", "--archive", server->uri(archive, "visitor")}, folder.path());
+    CAPTURE(archive, verified.err);
+    CHECK(verified.exit_code == 0);
+  }
+  // Nothing is new to it; its guards are on; work goes on.
+  const auto pushed = tests::push_all(server->uri(restored, "robot_a"), file, tests::kStationA);
+  CHECK(std::ranges::all_of(
+      pushed, [](const archive::Pushed& one) { return one.n_rows + one.n_readings == 0; }));
+  CHECK_THROWS_WITH(tests::asked(server->uri(restored, "owner"), "DELETE FROM trammel.reading"),
+                    Contains("can not be changed or deleted"));
+  CHECK(tests::asked(server->uri(restored, "robot_a"), tests::queue_of("lsq")) == "4");
+  CHECK(tests::work_at(server->uri(restored, "worker"), tests::kWorker, 2).known == 1);
 }

@@ -49,8 +49,8 @@ TEST_CASE("5 stations and 3 workers at once: 0 rows lost, 0 doubled, 0 altered",
       all.emplace_back([&, k] {
         try {
           tests::push_all(station, file(k), uuid_of(static_cast<char>('1' + k)));
-          link_to(station)->ask("SELECT trammel.queue('lsq', NULL, false, $1, NULL, NULL)",
-                                {uuid_of(static_cast<char>('1' + k))});
+          link_to(station)->ask(
+              tests::queue_of("lsq", "station = '" + uuid_of(static_cast<char>('1' + k)) + "'"));
         } catch (const Error& error) {
           broken[static_cast<std::size_t>(k)] = describe(error.text());
         }
@@ -122,7 +122,7 @@ TEST_CASE("a server that is killed has every campaign it acknowledged, and no ot
   tests::push_all(uri, file, tests::kStationA);
 
   // A worker sits it out.
-  link_to(uri)->ask("SELECT trammel.queue('lsq', NULL, false, NULL, NULL, NULL)");
+  link_to(uri)->ask(tests::queue_of("lsq"));
   archive::WorkDone done;
   {
     std::jthread worker(

@@ -2,9 +2,14 @@
 
 #include "app/archive/link.hpp"
 
+#include <pwd.h>
+#include <unistd.h>
+
 #include "tests/app/archive/postgres.hpp"
 #include "tests/app/archive/relay.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/skip.hpp"
 
 using Catch::Matchers::Contains;
 using namespace trammel;
@@ -60,6 +65,47 @@ TEST_CASE("a server without TLS is refused over the network, and named by its se
   CHECK(insecure.ask("SHOW application_name")[0][0] == "robot 7");
   CHECK(insecure.ask("SHOW statement_timeout")[0][0] == "1h");
   CHECK(insecure.ask("SHOW idle_in_transaction_session_timeout")[0][0] == "2min");
+}
+
+TEST_CASE(
+    "over the network, the server must have a certificate that is known here and has its name",
+    "[archive]") {
+  std::filesystem::path certificate;
+  const auto make_certificate = [&certificate](const std::filesystem::path& folder) {
+    certificate = folder / "server.crt";
+    const std::string key = folder / "server.key";
+    REQUIRE(tests::run_command(
+                {"openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
+                 "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+                 "-addext", "subjectAltName=DNS:localhost", "-keyout", key, "-out", certificate},
+                folder)
+                .exit_code == 0);
+    const passwd* user = getpwnam("postgres");
+    if (geteuid() == 0 && user != nullptr) {
+      REQUIRE(chown(key.c_str(), user->pw_uid, user->pw_gid) == 0);
+    }
+  };
+  if (tests::run_command({"sh", "-c", "command -v openssl"}, "/").exit_code != 0) {
+    tests::skip_without("openssl");
+    return;
+  }
+  const auto server = tests::Postgres::durable(
+      make_certificate, " -c ssl=on -c ssl_cert_file=../server.crt -c ssl_key_file=../server.key");
+  if (server == nullptr) return;
+  const auto uri = [&](const std::string& host) {
+    return "postgresql://postgres@" + host + ":" + std::to_string(server->port()) +
+           "/postgres?hostaddr=127.0.0.1&sslrootcert=" + certificate.string();
+  };
+  archive::Link link({.uri = uri("localhost"), .who = "tests"});
+  CHECK(link.ask("SELECT ssl FROM pg_stat_ssl WHERE pid = pg_backend_pid()")[0][0] == "t");
+  CHECK_THROWS_WITH(archive::Link({.uri = uri("archive.example"), .who = "tests"}),
+                    Contains("archive.example"));  // another one's
+  const std::string unknown = "postgresql://postgres@localhost:" + std::to_string(server->port()) +
+                              "/postgres?hostaddr=127.0.0.1&sslrootcert=/nowhere";
+  CHECK_THROWS_WITH(archive::Link({.uri = unknown, .who = "tests"}), Contains("--insecure"));
+  // The control: unproven, it is taken.
+  archive::Link unproven({.uri = uri("archive.example"), .insecure = true, .who = "tests"});
+  CHECK(unproven.ask("SELECT 1")[0][0] == "1");
 }
 
 TEST_CASE("a server older than the archive's schema was tried on is refused, a newer one taken",

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <sstream>
 #include <thread>
 #include <vector>
 
@@ -51,30 +52,34 @@ Postgres* Postgres::shared() {
     skip_without("postgresql");
     return nullptr;
   }
-  static Postgres server(programs, own_port(), false);
+  static Postgres server(programs, own_port(), " -c fsync=off");
   return &server;
 }
 
-std::unique_ptr<Postgres> Postgres::durable() {
+std::unique_ptr<Postgres> Postgres::durable(
+    const std::function<void(const std::filesystem::path& folder)>& prepare,
+    const std::string& settings) {
   const std::string programs = programs_of_postgres();
   if (programs.empty()) {
     skip_without("postgresql");
     return nullptr;
   }
-  return std::unique_ptr<Postgres>(new Postgres(programs, own_port() + 20000, true));
+  return std::unique_ptr<Postgres>(new Postgres(programs, own_port() + 20000, settings, prepare));
 }
 
-Postgres::Postgres(const std::string& programs, int port, bool fsync)
-    : programs_(programs), port_(port), fsync_(fsync) {
-  const std::filesystem::path data = folder_.path() / "data";
+Postgres::Postgres(const std::string& programs, int port, std::string settings,
+                   const std::function<void(const std::filesystem::path&)>& prepare)
+    : programs_(programs), port_(port), settings_(std::move(settings)) {
   if (geteuid() == 0) {
     const passwd* user = getpwnam("postgres");
     if (user == nullptr || chown(folder_.path().c_str(), user->pw_uid, user->pw_gid) != 0) {
       throw std::runtime_error("no user postgres");
     }
   }
-  as_postgres({programs_ + "/initdb", "-D", data, "-A", "trust", "-U", "postgres", "-N",
-               "--no-instructions", "-E", "UTF8", "--locale=C.UTF-8"});
+  if (prepare) prepare(folder_.path());
+  as_postgres({programs_ + "/initdb", "-D", folder_.path() / "data", "-X", folder_.path() / "wal",
+               "--wal-segsize=1", "-A", "trust", "-U", "postgres", "-N", "--no-instructions", "-E",
+               "UTF8", "--locale=C.UTF-8"});
   start();
   archive::Link link({.uri = uri("postgres", "postgres"), .who = "tests"});
   link.run("CREATE ROLE owner LOGIN CREATEROLE");
@@ -90,7 +95,7 @@ Postgres::Postgres(const std::string& programs, int port, bool fsync)
 void Postgres::start() {
   const std::string settings = "-c listen_addresses=127.0.0.1 -c port=" + std::to_string(port_) +
                                " -c unix_socket_directories=" + folder_.path().string() +
-                               (fsync_ ? "" : " -c fsync=off") + " -c shared_buffers=32MB";
+                               " -c shared_buffers=32MB" + settings_;
   // A killed server's memory may be held for a moment by children that are not quite dead.
   for (int left = 20;; --left) {
     try {
@@ -104,10 +109,25 @@ void Postgres::start() {
   }
 }
 
-void Postgres::kill() {
+int Postgres::postmaster() const {
   std::ifstream file(folder_.path() / "data/postmaster.pid");
-  pid_t postmaster = 0;
-  if (!(file >> postmaster) || postmaster <= 1) throw std::runtime_error("no server to kill");
+  pid_t found = 0;
+  if (!(file >> found) || found <= 1) throw std::runtime_error("no server");
+  return found;
+}
+
+double Postgres::processor_s() const {
+  std::string stat = read_text("/proc/" + std::to_string(postmaster()) + "/stat");
+  std::istringstream fields(stat.substr(stat.rfind(')') + 2));
+  std::string skipped;
+  for (int field = 3; field < 16; ++field) fields >> skipped;
+  double user = 0, system = 0;  // of children, proc(5)
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+void Postgres::kill() {
+  const pid_t postmaster = this->postmaster();
   // Its children go with it when they find it gone; the first of all is that nobody starts more.
   ::kill(postmaster, SIGSTOP);
   std::ifstream children("/proc/" + std::to_string(postmaster) + "/task/" +
@@ -122,6 +142,12 @@ Postgres::~Postgres() {
     as_postgres({programs_ + "/pg_ctl", "stop", "-m", "immediate", "-D", folder_.path() / "data"});
   } catch (const std::exception&) {  // it has stopped
   }
+}
+
+void Postgres::run(const std::string& program, std::vector<std::string> words) const {
+  words.insert(words.begin(), {programs_ + "/" + program, "-h", folder_.path(), "-p",
+                               std::to_string(port_), "-U", "postgres"});
+  as_postgres(std::move(words));
 }
 
 std::string Postgres::uri(const std::string& database, const std::string& role) const {

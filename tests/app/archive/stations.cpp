@@ -86,7 +86,8 @@ void add_small_campaigns(Connection& db, const std::string& prefix, int n) {
     Campaign campaign = paper;
     campaign.name = prefix + " " + std::to_string(k);
     campaign.readings.assign(paper.readings.begin() + k % 60, paper.readings.begin() + k % 60 + 20);
-    campaign.readings[0].measured->x_mm += 1e-3 * k;
+    campaign.readings[0].measured->x_mm +=
+        1e-3 * (k % 1000);  // 10 mm is where no such robot can be
     int seq = 0;
     for (Reading& reading : campaign.readings) reading.seq = ++seq;
     store::import_campaign(db, campaign);

@@ -29,6 +29,16 @@ std::vector<archive::Pushed> push_all(const std::string& uri, const std::filesys
 /// The single text of a query at the archive.
 std::string asked(const std::string& uri, const std::string& sql);
 
+/// The question that queues this stage for the campaigns of which `where` is true.
+inline std::string queue_of(const std::string& stage, const std::string& where = "true",
+                            bool force = false, const std::string& parameters = "NULL") {
+  return "SELECT trammel.queue('" + stage + "', " + parameters + ", " + (force ? "true" : "false") +
+         ", ARRAY(SELECT campaign FROM trammel.campaign JOIN trammel.campaign_head USING "
+         "(campaign) "
+         "WHERE " +
+         where + " ORDER BY moved_at DESC))";
+}
+
 /// A worker at that archive, until nothing is queued.
 archive::WorkDone work_at(const std::string& uri, const std::string& station, unsigned jobs = 1,
                           double lease_s = 60);

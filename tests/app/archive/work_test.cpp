@@ -38,8 +38,7 @@ struct Queued {
     return asked(as(role), sql);
   }
   int queue(const std::string& stage = "lsq", bool force = false) const {
-    return std::stoi(ask("robot_a", "SELECT trammel.queue('" + stage + "', NULL, " +
-                                        (force ? "true" : "false") + ", NULL, NULL, NULL)"));
+    return std::stoi(ask("robot_a", tests::queue_of(stage, "true", force)));
   }
   /// "ID TOKEN" of a claim that a worker never finishes.
   [[nodiscard]] std::string claim(double lease_s) const {
@@ -161,6 +160,34 @@ TEST_CASE("a lost worker's work is taken over, and what it brings too late is dr
   CHECK(archive.finish(taken) == "f");  // once
 }
 
+TEST_CASE("work behind the furthest that was claimed is not forgotten", "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const Queued archive(*server, 4);
+  REQUIRE(archive.queue() == 4);
+  const auto id_of = [](const std::string& claimed) {
+    return claimed.substr(0, claimed.find(','));
+  };
+  const std::string first = archive.claim(600);
+  CHECK(id_of(first) == "1");
+  {
+    // Another worker's claim, which its server forgets, while the next one goes further.
+    archive::Link forgotten({.uri = archive.as("worker"), .who = "tests"});
+    const archive::Link::Transaction undone(forgotten);
+    CHECK(forgotten.ask("SELECT id FROM trammel.claim('" + kWorker + "', 'm', 60)")[0][0] == "2");
+    CHECK(id_of(archive.claim(600)) == "3");
+  }
+  CHECK(id_of(archive.claim(600)) == "4");
+  CHECK(id_of(archive.claim(600)) == "2");
+  CHECK(archive.claim(600).empty());
+  CHECK(archive.ask("worker", "SELECT trammel.give_back(" + first + ", '')") == "t");
+  CHECK(id_of(archive.claim(600)) == "1");
+  archive::Link(archive::LinkOptions{.uri = archive.as("owner"), .who = "tests"})
+      .run("UPDATE trammel.work SET lease_until = now() - interval '1 h' WHERE id = 3");
+  CHECK(id_of(archive.claim(600)) == "3");
+  CHECK(archive.claim(600).empty());
+}
+
 // The control: without the token in `finish`, the lost worker ends what another one is computing.
 TEST_CASE("a finish without the token is found to end another worker's work", "[archive]") {
   tests::Postgres* server = tests::Postgres::shared();
@@ -264,8 +291,7 @@ TEST_CASE("what fails three times is left with its reason and stops nothing", "[
   tests::Postgres* server = tests::Postgres::shared();
   if (server == nullptr) return;
   const Queued archive(*server, 3);
-  archive.ask("robot_a",
-              "SELECT trammel.queue('lsq', '{\"no_such\":1}', false, NULL, 'c 1', NULL)");
+  archive.ask("robot_a", tests::queue_of("lsq", "name = 'c 1'", false, R"('{"no_such":1}')"));
   archive.queue();
   const auto done = tests::work_at(archive.as("worker"), kWorker, 2);
   CHECK(done.computed == 3);
