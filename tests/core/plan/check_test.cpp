@@ -154,7 +154,8 @@ TEST_CASE("each kind of violation is described in its own unit", "[plan]") {
                   .what = What::upper_limit,
                   .rail = 2,
                   .got = 611.2,
-                  .limit = 598}) ==
+                  .limit = 598,
+                  .drive = "rail 2"}) ==
         "point 7, path: rail 2 above upper limit: 611.200 mm, limit 598.000 mm");
   CHECK(describe({.seq = 5, .what = What::singular, .got = 0.076, .limit = 0.1}) ==
         "point 5, target: near singular: margin 0.076, at least 0.100");
