@@ -66,7 +66,7 @@ Kind hidden_kind(const std::vector<std::string>& hidden, double rho, const std::
 /// Beyond it an effect would be larger than instruments make it.
 double largest_rho(const std::string& family) { return family == "tracker_scale" ? 9 : 1000; }
 
-/// Machines that are no 3-PRR, with what can be large on them: "3-PPR, clean", "3-RPR, backlash rho
+/// Machines that are no 3-PRR, with what can be large on them: "3-PPR, clean", "XY, backlash rho
 /// 14".
 std::vector<Kind> kinds_of_machines() {
   const std::vector<std::pair<std::string, std::vector<std::string>>> machines = {
@@ -75,10 +75,34 @@ std::vector<Kind> kinds_of_machines() {
         "belt_period"}},
       {"3-RPR",
        {"lead_scale", "lead_curvature", "screw_periodic", "backlash", "thermal_growth",
-        "tracker_drift", "setup_shift", "cubic_lead"}}};
+        "tracker_drift", "setup_shift", "cubic_lead"}},
+      {"XY", {"lead_scale",  "lead_curvature", "screw_periodic", "backlash",      "thermal_growth",
+              "guide_bow",   "guide_yaw",      "tracker_drift",  "tracker_scale", "setup_shift",
+              "cubic_lead",  "rail_bump",      "half_turn",      "belt_period",   "start_transient",
+              "lost_motion", "thermal_lag",    "hysteresis",     "move_memory",   "overshoot"}},
+      {"X",
+       {"lead_scale", "lead_curvature", "screw_periodic", "backlash", "thermal_growth",
+        "tracker_drift", "tracker_scale", "setup_shift", "cubic_lead", "rail_bump", "half_turn",
+        "belt_period", "start_transient", "lost_motion", "thermal_lag", "hysteresis", "move_memory",
+        "overshoot"}}};
   std::vector<Kind> all;
   for (const auto& [machine, hidden] : machines) {
-    all.push_back({machine + ", clean", design_of(machine), {}});
+    const Design usual = design_of(machine);
+    all.push_back({machine + ", clean", usual, {}});
+    if (find_machine_kind(machine)->has_point_platform()) {
+      const auto clean = [&](const char* how, void (*change)(Design&)) {
+        Design design = usual;
+        change(design);
+        all.push_back({machine + ", clean, " + how, design, {}});
+      };
+      clean("2 epochs", [](Design& d) { d.epochs = 2; });
+      clean("one direction", [](Design& d) { d.one_direction = true; });
+      clean("sigma +30 %", [](Design& d) { d.stated_over_true = 1.3; });
+      clean("sigma -30 %", [](Design& d) { d.stated_over_true = 0.7; });
+      clean("correlated 0.3", [](Design& d) { d.correlation = 0.3; });
+      clean("Student t5", [](Design& d) { d.student = 5; });
+      clean("30 points", [](Design& d) { d.thinning = 0.2; });
+    }
     for (const double rho : {14.0, 28.0}) {
       for (const std::string& name : hidden) {
         all.push_back(hidden_kind({name}, rho, "", design_of(machine)));

@@ -68,5 +68,5 @@ TEST_CASE("commands of an XY stage have two drives, and a third is refused by it
   CHECK(rows[0].conditions.from_mm == Displacements(4, -7, 0));
   CHECK_THROWS_WITH(
       read_commands_csv(folder.write("c.csv", "cmd_l1_mm,cmd_l2_mm,cmd_l3_mm\n1,2,3\n"), stage),
-      Contains("c.csv:1:3") && Contains("a drive that the machine has not"));
+      Contains("c.csv:1:21") && Contains("a drive that the machine has not"));
 }
