@@ -226,7 +226,15 @@ std::vector<Pretender> kinds_for(const ResidualSpace& space, const std::vector<R
        .name = "lost motion",
        .what = "rails that lose motion",
        .when = "in proportion to the last move",
-       .basis = [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }}};
+       .basis = [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }},
+      // five sixths of it are a lead error, to any test that looks at what such an error leaves
+      {.effects = {"lead_scale", "lead_curvature"},
+       .name = "cubic lead",
+       .what = drives_name(*space.machine.kind) + " that err",
+       .when = "with the cube of travel",
+       .basis = [](const Reading&, const Moment& m, int k) {
+         return along(k, m.s_mm[k] * m.s_mm[k] * m.s_mm[k]);
+       }}};
   add_memory(space, path, kinds);
   add_slow(space, path, kinds);
   add_tilts(kinds);
