@@ -243,20 +243,23 @@ int main(int argc, char** argv) {
   CLI::App app{"How often the diagnosis is right, silent or wrong"};
   int cases = 20, first = 0, threads = 2;
   std::uint64_t seed = 1;
-  std::vector<std::string> only;
+  std::vector<std::string> only, but;
   bool verbose = false, demand = false;
   app.add_option("--cases", cases, "campaigns of each kind");
   app.add_option("--seed", seed, "of the first campaign");
   app.add_option("--only", only, "kinds whose name contains this, or one of these");
+  app.add_option("--but", but, "leave out kinds whose name contains this");
   app.add_option("--threads", threads, "campaigns at a time");
   app.add_option("--first", first, "number of the first campaign of each kind (0)");
   app.add_flag("--verbose", verbose, "a line for each answer that was given");
   app.add_flag("--demand", demand, "fail (exit code 1) when an answer is wrong");
   CLI11_PARSE(app, argc, argv);
-  const auto asked = [&only](const Kind& kind) {
-    return only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& part) {
-             return kind.name.find(part) != std::string::npos;
-           });
+  const auto asked = [&](const Kind& kind) {
+    const auto has = [&](const std::string& part) {
+      return kind.name.find(part) != std::string::npos;
+    };
+    return (only.empty() || std::any_of(only.begin(), only.end(), has)) &&
+           std::none_of(but.begin(), but.end(), has);
   };
   std::printf("%-46s %5s %5s %5s %5s %6s %5s | %5s %5s %5s | %9s %9s\n", "kind", "cases", "named",
               "ambig", "silent", "unexpl", "WRONG", "right", "abst.", "wrong", "values", "closed");
