@@ -31,25 +31,25 @@ struct EmulateOptions {
   std::string nests;
 };
 
-/// One value for all rails, or one for each.
-double of_rail(const std::vector<double>& values, int rail, const char* option) {
-  if (values.size() != 1 && values.size() != kChains) {
-    throw UsageError({.what = "one value for all rails, or three",
+/// One value for all drives, or one for each.
+double of_drive(const std::vector<double>& values, int drive, int n_drives, const char* option) {
+  if (values.size() != 1 && static_cast<int>(values.size()) != n_drives) {
+    throw UsageError({.what = fmt::format("one value for all drives, or {}", n_drives),
                       .where = {.field = option},
                       .got = std::to_string(values.size()) + " values"});
   }
-  return values.size() == 1 ? values[0] : values[static_cast<std::size_t>(rail)];
+  return values.size() == 1 ? values[0] : values[static_cast<std::size_t>(drive)];
 }
 
-EmulatedRobot::Rails rails_of(const EmulateOptions& o) {
+EmulatedRobot::Rails rails_of(const EmulateOptions& o, int n_drives) {
   EmulatedRobot::Rails rails;
-  for (int i = 0; i < kChains; ++i) {
+  for (int i = 0; i < n_drives; ++i) {
     emulate::RailSetup& rail = rails[static_cast<std::size_t>(i)];
     rail = o.rail;
-    rail.sign = of_rail(o.sign, i, "--sign") < 0 ? -1 : 1;
-    rail.lead_error = of_rail(o.lead_error, i, "--lead-error");
-    rail.start_mm = of_rail(o.start_mm, i, "--start-mm");
-    if (!o.home_mm.empty()) rail.home_mm = of_rail(o.home_mm, i, "--home-mm");
+    rail.sign = of_drive(o.sign, i, n_drives, "--sign") < 0 ? -1 : 1;
+    rail.lead_error = of_drive(o.lead_error, i, n_drives, "--lead-error");
+    rail.start_mm = of_drive(o.start_mm, i, n_drives, "--start-mm");
+    if (!o.home_mm.empty()) rail.home_mm = of_drive(o.home_mm, i, n_drives, "--home-mm");
   }
   return rails;
 }
@@ -68,7 +68,8 @@ ExitCode run_galil(const EmulateOptions& o, Context& context) {
   Faults faults, tracker_faults;
   add_faults(faults, o.faults, Emulated::stage);
   add_faults(tracker_faults, o.tracker_faults, Emulated::tracker);
-  EmulatedRobot robot(simulate::VirtualRobot(read_robot(o.robot)), rails_of(o),
+  const simulate::VirtualRobot virtual_robot(read_robot(o.robot));
+  EmulatedRobot robot(virtual_robot, rails_of(o, virtual_robot.truth().nominal.kind->n_chains),
                       emulate::wall_clock(o.speedup));
   emulate::Galil galil(robot, faults);
   emulate::EmulatedTracker tracker(
@@ -145,13 +146,14 @@ void setup_galil(Command emulate, Context& context) {
   c.option("--lead-mm", o->rail.lead_mm, "of the screws, mm a turn").shown_default();
   c.option("--counts-per-rev", o->rail.counts_per_rev, "of the encoders").shown_default();
   c.option("--gear", o->rail.gear, "motor turns a screw turn").shown_default();
-  c.option("--sign", o->sign, "1 or -1: counts against displacement (one value or three)")
+  c.option("--sign", o->sign,
+           "1 or -1: counts against displacement (one value, or one for each drive)")
       .delimiter(',')
       .one_of({"1", "-1"});
   c.option("--home-mm", o->home_mm, "displacement at the home switches (the robot's home)")
       .delimiter(',');
   c.option("--lead-error", o->lead_error, "share by which a screw is too long").delimiter(',');
-  c.option("--start-mm", o->start_mm, "where the rails stand at power-up, from home")
+  c.option("--start-mm", o->start_mm, "where the drives stand at power-up, from home")
       .delimiter(',');
   c.option("--tracker-port", o->tracker_port, "serve the tracker too, 0: any that is free");
   c.option("--tracker-fault", o->tracker_faults, "a --fault of that tracker").type("KIND@N");

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "app/cli/machine_values.hpp"
 #include "app/cli/mechanism_maps.hpp"
 #include "app/files/commands_csv.hpp"
 #include "app/files/machine_json.hpp"
@@ -43,38 +44,8 @@ Json degrees_json(const Machine& machine, const Eigen::Vector3d& rad) {
   return drives_json(machine, rad.unaryExpr([](double r) { return deg_from_rad(r); }));
 }
 
-/// As many numbers at a time as the machine has drives; 0 for those it has not.
-std::vector<Eigen::Vector3d> groups(const Machine& machine, const std::vector<double>& values,
-                                    const char* field) {
-  const auto n = static_cast<std::size_t>(machine.kind->n_chains);
-  constexpr std::array<const char*, 3> kTimes = {"one by one", "in twos", "in threes"};
-  if (values.size() % n != 0) {
-    throw UsageError({.what = fmt::format("numbers of this {} machine come {}", machine.kind->name,
-                                          kTimes[n - 1]),
-                      .where = {.field = field},
-                      .got = fmt::format("{} numbers", values.size())});
-  }
-  std::vector<Eigen::Vector3d> all;
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    if (k % n == 0) all.emplace_back(Eigen::Vector3d::Zero());
-    all.back()[static_cast<Eigen::Index>(k % n)] = values[k];
-    if (!std::isfinite(values[k])) {
-      throw UsageError({.what = "a number that is not finite", .where = {.field = field}});
-    }
-  }
-  return all;
-}
-
 [[noreturn]] void need(const char* one, const char* other) {
   throw UsageError({.what = "nothing to solve", .expected = fmt::format("{} or {}", one, other)});
-}
-
-/// x, y in mm and phi in deg (or per s, or s^2) as typed, in rad inside.
-std::vector<Eigen::Vector3d> typed_poses(const Machine& machine, const std::vector<double>& typed,
-                                         const char* field) {
-  std::vector<Eigen::Vector3d> all = groups(machine, typed, field);
-  for (Eigen::Vector3d& v : all) v[2] = rad_from_deg(v[2]);
-  return all;
 }
 
 /// One such, zeros where nothing is typed.
@@ -87,14 +58,6 @@ Eigen::Vector3d rates(const Machine& machine, const std::vector<double>& typed, 
                     .got = fmt::format("{} numbers", typed.size())});
 }
 
-/// The coordinates that a machine has not stand at home.
-Pose pose_on(const Machine& machine, const Eigen::Vector3d& values) {
-  Eigen::Vector3d pose = machine.home.vector();
-  const int n = machine.kind->n_chains;
-  pose.head(n) = values.head(n);
-  return Pose::from(pose);
-}
-
 /// Drives like the first are not named again.
 std::string drives_text(const Machine& machine) {
   std::string text;
@@ -104,17 +67,6 @@ std::string drives_text(const Machine& machine) {
     text += fmt::format("{}{}screw lead {} mm, stroke {} to {} mm", text.empty() ? "" : "; ",
                         i > 0 ? fmt::format("drive {}: ", i + 1) : "", drive.lead_mm,
                         drive.limits.l_min_mm, drive.limits.l_max_mm);
-  }
-  return text;
-}
-
-/// "261.8112, 261.8112, 261.8112": of drives or coordinates.
-std::string cells_of(const Machine& machine, const Eigen::Vector3d& v, int width, int decimals,
-                     const char* between = " ") {
-  std::string text;
-  for (int i = 0; i < machine.kind->n_chains; ++i) {
-    text += fmt::format("{}{:>{}.{}f}", i == 0 ? "" : between, rounded(v[i], decimals), width,
-                        decimals);
   }
   return text;
 }
@@ -243,29 +195,6 @@ std::vector<Pose> poses_of(const MechanismOptions& options, const Machine& machi
   return poses;
 }
 
-/// "      x mm       y mm    phi deg", as far as the machine has them.
-std::string pose_header(const Machine& machine, int width) {
-  constexpr std::array<const char*, 3> kHeads = {"x mm", "y mm", "phi deg"};
-  std::string text;
-  for (std::size_t c = 0; c < static_cast<std::size_t>(machine.kind->n_chains); ++c) {
-    text += fmt::format("{}{:>{}}", c == 0 ? "" : " ", kHeads[c], width);
-  }
-  return text;
-}
-
-std::string drive_header(const Machine& machine, int width) {
-  std::string text;
-  for (int i = 1; i <= machine.kind->n_chains; ++i) {
-    text += fmt::format("{}{:>{}}", i == 1 ? "" : " ", fmt::format("l{} mm", i), width);
-  }
-  return text;
-}
-
-/// x, y, phi in deg.
-Eigen::Vector3d shown_pose(const Pose& pose) {
-  return {pose.x_mm, pose.y_mm, deg_from_rad(pose.phi_rad)};
-}
-
 /// What is to be said of a pose that is not ok.
 std::string status_words(const Reach& at) {
   switch (at.status) {
@@ -329,7 +258,7 @@ std::vector<Displacements> displacements_of(const MechanismOptions& options,
                                             const Machine& machine) {
   std::vector<Displacements> all = groups(machine, options.values, "--l");
   if (!options.batch.empty()) {
-    for (const CommandRow& row : read_commands_csv(options.batch, mechanism_of(machine))) {
+    for (const CommandRow& row : read_commands_csv(options.batch, machine)) {
       all.push_back(row.conditions.cmd_mm);
     }
   }

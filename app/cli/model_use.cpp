@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "app/cli/approach.hpp"
+#include "app/cli/machine_values.hpp"
 #include "app/cli/model.hpp"
 #include "app/files/commands_csv.hpp"
 #include "app/files/files.hpp"
@@ -85,20 +87,14 @@ Reach::Status assembly_status(const Reach& at) {
 
 /// Commands that a controller without correction gives for the poses.
 std::vector<Question> commands_for(const Machine& machine, const PredictOptions& options) {
-  if (options.poses.size() % 3 != 0) {
-    throw UsageError({.what = "a pose is three numbers",
-                      .where = {.field = "--pose"},
-                      .got = fmt::format("{} numbers", options.poses.size()),
-                      .expected = "x mm, y mm, phi deg"});
-  }
   const Approach approach = parse_approach(options.approach);
   const MachineSolver solver(machine);
   Displacements before_mm = solver.drives(machine.home).l_mm;
   std::vector<Question> all;
-  for (std::size_t k = 0; k < options.poses.size(); k += 3) {
-    const Pose pose{options.poses[k], options.poses[k + 1], rad_from_deg(options.poses[k + 2])};
+  for (const Eigen::Vector3d& typed : typed_poses(machine, options.poses, "--pose")) {
+    const Pose pose = pose_on(machine, typed);
     const InverseResult at = solver.drives(pose);
-    if (!at.ok()) out_of_reach(k / 3 + 1, at.chain);
+    if (!at.ok()) out_of_reach(all.size() + 1, at.chain);
     CommandRow row{.seq = static_cast<int>(all.size()) + 1,
                    .conditions = {.cmd_mm = at.l_mm,
                                   .from_mm = before_mm,
@@ -123,7 +119,7 @@ std::vector<Question> questions(const StoredModel& model, const PredictOptions& 
   const Machine& machine = model.robot.nominal;
   if (options.commands.empty()) return commands_for(machine, options);
   std::vector<Question> all;
-  for (const CommandRow& row : read_commands_csv(options.commands, mechanism_of(machine))) {
+  for (const CommandRow& row : read_commands_csv(options.commands, machine)) {
     const MachinePose at = forward(machine, row.conditions.cmd_mm, machine.home);
     all.push_back({row, at.pose, at.ok() ? Reach::Status::ok : Reach::Status::unreachable});
   }
@@ -151,31 +147,49 @@ std::vector<std::string> beyond_fit(store::Connection& db, const StoredModel& mo
   return job::extrapolation_words(range, targets, points);
 }
 
-Json vector_json(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+constexpr std::array<const char*, 3> kPoseFields = {"x_mm", "y_mm", "phi_deg"};
+constexpr std::array<const char*, 3> kPoseHeads = {"x mm", "y mm", "phi deg"};
 
-Json prediction_json(const CommandRow& row, const Answer& at) {
+Json drives_json(const Machine& machine, const Displacements& l_mm) {
+  return std::vector<double>(l_mm.begin(), l_mm.begin() + machine.kind->n_chains);
+}
+
+/// Moved by the machine, or measured beside that: phi of an XY stage.
+bool shows(const Machine& machine, std::size_t coordinate) {
+  return coordinate < static_cast<std::size_t>(machine.kind->n_chains) ||
+         machine.measured[coordinate];
+}
+
+Json prediction_json(const Machine& machine, const CommandRow& row, const Answer& at) {
   Json json = {{"seq", row.seq},
-               {"cmd_mm", vector_json(row.conditions.cmd_mm)},
-               {"from_mm", vector_json(row.conditions.from_mm)},
+               {"cmd_mm", drives_json(machine, row.conditions.cmd_mm)},
+               {"from_mm", drives_json(machine, row.conditions.from_mm)},
                {"epoch", row.conditions.epoch},
                {"status", name_of(at.status)}};
-  if (at.status == Reach::Status::ok) {
-    json["x_mm"] = at.pose.x_mm;
-    json["y_mm"] = at.pose.y_mm;
-    json["phi_deg"] = deg_from_rad(at.pose.phi_rad);
+  const Eigen::Vector3d pose = shown_pose(at.pose);
+  for (std::size_t c = 0; at.status == Reach::Status::ok && c < kPoseFields.size(); ++c) {
+    if (shows(machine, c)) json[kPoseFields[c]] = pose[static_cast<Eigen::Index>(c)];
   }
   return json;
 }
 
-std::string predictions_text(const Json& predictions) {
-  Table table({"seq", "cmd l1 mm", "cmd l2 mm", "cmd l3 mm", "x mm", "y mm", "phi deg"});
+std::string predictions_text(const Machine& machine, const Json& predictions) {
+  std::vector<std::string> heads = {"seq"};
+  for (int i = 1; i <= machine.kind->n_chains; ++i) heads.push_back(fmt::format("cmd l{} mm", i));
+  const std::size_t first = heads.size();
+  for (std::size_t c = 0; c < kPoseHeads.size(); ++c) {
+    if (shows(machine, c)) heads.emplace_back(kPoseHeads[c]);
+  }
+  Table table(heads);
   for (const Json& p : predictions) {
     std::vector<std::string> cells = {std::to_string(p["seq"].get<int>())};
     for (const Json& l : p["cmd_mm"]) cells.push_back(fmt::format("{:.5f}", l.get<double>()));
-    for (const char* name : {"x_mm", "y_mm", "phi_deg"}) {
+    for (std::size_t c = 0; c < kPoseFields.size(); ++c) {
+      if (!shows(machine, c)) continue;
+      const char* name = kPoseFields[c];
       cells.push_back(p.contains(name) ? fmt::format("{:.5f}", p[name].get<double>()) : "");
     }
-    if (!p.contains("x_mm")) cells[4] = p["status"].get<std::string>();
+    if (!p.contains(kPoseFields[0])) cells[first] = p["status"].get<std::string>();
     table.add(std::move(cells));
   }
   return table.text();
@@ -200,7 +214,7 @@ ExitCode run_predict(const PredictOptions& options, Context& context) {
     require_epoch(model, question.row.conditions.epoch);
     const Answer at = answer(model.robot, question);
     all_ok = all_ok && at.status == Reach::Status::ok;
-    predictions.push_back(prediction_json(question.row, at));
+    predictions.push_back(prediction_json(model.robot.nominal, question.row, at));
     if (question.status == Reach::Status::ok) nominal.push_back(question.nominal);
   }
   const std::vector<std::string> idle = idle_in(model, asked);
@@ -213,7 +227,7 @@ ExitCode run_predict(const PredictOptions& options, Context& context) {
                                     {"warnings", beyond},
                                     {"predictions", predictions}});
   } else {
-    context.print(predictions_text(predictions));
+    context.print(predictions_text(model.robot.nominal, predictions));
     for (const std::string& effect : idle) context.say("left out: " + effect);
     for (const std::string& words : beyond) context.say("warning: " + words);
   }
@@ -404,12 +418,13 @@ void setup_predict(Command model, Context& context) {
   c.option("CAMPAIGN", o->campaign, "Name or uuid").required();
   c.option("VERSION", o->version, "Number of the version, or last").required();
   c.option("--pose", o->poses,
-           "x mm,y mm,phi deg (repeatable): asked for of a controller without correction, one "
+           "x mm,y mm,phi deg, as far as the machine has them (repeatable): asked for of a "
+           "controller without correction, one "
            "after the other from home")
       .delimiter(',');
-  c.option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per rail")
+  c.option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per drive")
       .shown_default();
-  c.option("--commands", o->commands, "CSV with cmd_l1_mm … cmd_l3_mm, as readings.csv")
+  c.option("--commands", o->commands, "CSV with cmd_l1_mm, … of each drive, as readings.csv")
       .type("FILE");
   circumstances(c, o->at);
   on_run(c, context, o, run_predict);

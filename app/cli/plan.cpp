@@ -53,6 +53,7 @@ struct FileOptions {
   std::string file;
   std::string mechanism;
   CheckOptions check;
+  std::optional<double> speed_mm_s;  // none: the stage's
   bool identifiability = false;
   DesignOptions design;
   std::string record;  // file to write
@@ -218,23 +219,26 @@ ExitCode run_show(const FileOptions& options, Context& context) {
 }
 
 /// Of a mechanism that a stage file states; nothing for any other.
-std::optional<double> watch_of(const std::string& file) {
+std::optional<device::GalilSettings> stage_of(const std::string& file) {
   if (file.empty()) return std::nullopt;
   const JsonFile json = read_json(file);
   if (!Fields(json).has("controller")) return std::nullopt;
-  return device::read_stage(file).galil.watch_host_s;
+  return device::read_stage(file).galil;
 }
 
 ExitCode run_check(const FileOptions& options, Context& context) {
   const Plan plan = plan_of(options.file);
-  const std::optional<double> watch_s = watch_of(options.mechanism);
+  const auto stage = stage_of(options.mechanism);
   const Machine machine = machine_at(options.mechanism);
-  const auto violations = check(plan, machine, options.check);
+  CheckOptions margins = options.check;
+  if (stage) margins.speed_mm_s = stage->speed_mm_s;
+  margins.speed_mm_s = options.speed_mm_s.value_or(margins.speed_mm_s);
+  const auto violations = check(plan, machine, margins);
   std::optional<PlanDesign> design;
   if (options.identifiability) design = design_of(plan, machine, options.design);
   const bool records = !options.record.empty() && violations.empty() && !options.dry_run;
   if (records) {
-    session::write_plan_record(options.record, plan, machine, options.check, context.existing());
+    session::write_plan_record(options.record, plan, machine, margins, context.existing());
   }
   if (context.json) {
     Json fields = {{"plan", plan.name},
@@ -244,7 +248,7 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                    {"safe", violations.empty()},
                    {"mechanism", options.mechanism.empty() ? Json() : Json(options.mechanism)},
                    {"violations", violations_json(violations)}};
-    if (watch_s) fields["watch_host_s"] = *watch_s;
+    if (stage) fields["watch_host_s"] = stage->watch_host_s;
     if (design) fields["identifiability"] = design_json(*design);
     context.print("plan-check", fields);
   } else {
@@ -257,11 +261,15 @@ ExitCode run_check(const FileOptions& options, Context& context) {
     if (options.mechanism.empty()) {
       text += "\non the paper's 3-PRR, which was assumed: no --mechanism is given";
     }
-    if (watch_s) text += "\n" + device::watch_text(*watch_s);
+    if (stage) text += "\n" + device::watch_text(stage->watch_host_s);
     context.print(design ? design_text(*design) + text : text);
   }
   if (options.mechanism.empty()) {  // safe on a robot that may not be there
     context.next(fmt::format("trammel plan check {} --mechanism FILE", shell_word(options.file)));
+  } else if (records && stage) {
+    context.next(fmt::format(
+        "trammel session run CAMPAIGN --plan {} --stage galil:{} --tracker TRACKER --plan-check {}",
+        shell_word(options.file), shell_word(options.mechanism), shell_word(options.record)));
   }
   return violations.empty() ? ExitCode::ok : ExitCode::not_acceptable;
 }
@@ -341,7 +349,8 @@ void setup_plan(Command app, Context& context) {
   checked.option("plan", options->file, "file, or the name of a grid").required();
   checked.option("--mechanism", options->mechanism, "mechanism file (the paper's)").type("FILE");
   margin_options(checked, options->check);
-  checked.option("--speed", options->check.speed_mm_s, "of the fastest rail, mm/s").shown_default();
+  checked.option("--speed", options->speed_mm_s,
+                 "of the fastest drive, mm/s (the stage's; else 20)");
   checked
       .option("--record", options->record,
               "write that the plan is safe, for `session run --plan-check`")

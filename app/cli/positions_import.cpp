@@ -48,6 +48,9 @@ std::string positions_text(const PositionsFile& file, const Campaign& campaign) 
   const auto fitted = std::ranges::count(campaign.readings, ReadingSet::identify, &Reading::set);
   std::string text = fmt::format("positions   {}: {} rows, {}; measured {}\n", printable(file.name),
                                  file.rows.size(), file.format, fmt::join(measured, ", "));
+  if (file.missed > 0) {
+    text += fmt::format("missed      {} nodes without a measured position\n", file.missed);
+  }
   if (!file.unused.empty()) {
     text +=
         fmt::format("not used    {}\n", printable(fmt::format("{}", fmt::join(file.unused, ", "))));

@@ -4,7 +4,7 @@
 
 #include "app/device/galil_axis.hpp"
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 
 namespace trammel::device {
 
@@ -33,10 +33,11 @@ class RealClock : public Clock {
   }
 
   [[nodiscard]] double duration_s(const Plan& plan) const {
-    Displacements at = inverse(pace_.mechanism.geometry, pace_.mechanism.home).l_mm, from = at;
+    const MachineSolver nominal(pace_.machine);
+    Displacements at = drives_of(pace_.machine, pace_.machine.home), from = at;
     double seconds = 0;
     for (const PlannedPoint& point : plan.points) {
-      const InverseResult target = inverse(pace_.mechanism.geometry, point.target);
+      const InverseResult target = nominal.drives(point.target);
       if (!target.ok()) {
         throw InputError(
             {.what = "a target is out of reach of chain " + std::to_string(target.chain + 1),

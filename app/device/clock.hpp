@@ -8,7 +8,7 @@ namespace trammel::device {
 
 /// What the estimate of a session's length needs.
 struct Pace {
-  Mechanism mechanism;
+  Machine machine;
   double speed_mm_s = 20;
   double acceleration_mm_s2 = 100;
   double settle_s = 0.3;

@@ -15,12 +15,13 @@ const char* name_of(Status status) {
 std::string watch_text(double watch_host_s) {
   if (watch_host_s > 0) {
     return fmt::format(
-        "the controller watches this program: killed, crashed or cut off, it leaves rails that the "
-        "controller stops within {:g} s",
+        "the controller watches this program: killed, crashed or cut off, it leaves a stage that "
+        "the controller stops within {:g} s",
         watch_host_s);
   }
-  return "the controller does not watch this program: killed, crashed or cut off, it leaves rails "
-         "that go on to the end of their move (\"watch_host_s\" of the stage's \"controller\" "
+  return "the controller does not watch this program: killed, crashed or cut off, it leaves a "
+         "stage "
+         "that goes on to the end of its move (\"watch_host_s\" of the stage's \"controller\" "
          "loads a program that stops them)";
 }
 

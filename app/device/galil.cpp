@@ -23,10 +23,6 @@ constexpr const char* kNotFed =
 
 Status asked(const Watch& watch) { return watch ? watch() : Status::ok; }
 
-std::string rails_text(const Displacements& l_mm) {
-  return fmt::format("the rails stand at {:.4f}, {:.4f}, {:.4f} mm", l_mm[0], l_mm[1], l_mm[2]);
-}
-
 }  // namespace
 
 GalilStage::GalilStage(GalilSettings settings) : settings_(std::move(settings)) {
@@ -42,6 +38,18 @@ GalilStage::~GalilStage() {
   } catch (const std::exception&) {  // nobody is left to tell; the drives' own limits remain
     wire_.reset();
   }
+}
+
+std::string GalilStage::name(std::size_t axis) const {
+  return drive_name(settings_.machine, static_cast<int>(axis));
+}
+
+std::string GalilStage::place_text(const Displacements& l_mm) const {
+  std::string text = "the " + drives_name(*settings_.machine.kind) + " stand at ";
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
+    text += fmt::format("{}{:.4f}", i == 0 ? "" : ", ", l_mm[static_cast<int>(i)]);
+  }
+  return text + " mm";
 }
 
 std::string GalilStage::describe() const {
@@ -113,7 +121,7 @@ StageReport GalilStage::halt(StageReport why, bool lost) {
         motors_off();
       }
       if (lost) why.detail += "; what it did is unknown, asked again it stands still";
-      if (!why.ok() && counts_hold) why.detail += "; " + rails_text(why.encoder_mm);
+      if (!why.ok() && counts_hold) why.detail += "; " + place_text(why.encoder_mm);
       return why;
     } catch (const LinkError& again) {
       wire_.reset();
@@ -170,21 +178,20 @@ StageReport GalilStage::move(const Displacements& to_mm, const Watch& watch) {
 
 /// All rails in proportion, from where they are commanded to be.
 StageReport GalilStage::travel(const Displacements& to_mm, const Watch& watch) {
-  std::array<std::int64_t, kChains> to{};
-  const Limits& limits = settings_.mechanism.limits;
-  for (int i = 0; i < kChains; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const auto count = counts_of(settings_.axes[k], to_mm[i]);
-    if (!count || !(to_mm[i] >= limits.l_min_mm && to_mm[i] <= limits.l_max_mm)) {
-      return {Status::limit,
-              fmt::format("rail {} would leave its stroke ({} mm)", i + 1, to_mm[i])};
+  std::vector<std::int64_t> to;
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
+    const double l_mm = to_mm[static_cast<int>(i)];
+    const Limits& limits = settings_.machine.drives[i].limits;
+    const auto count = counts_of(settings_.axes[i], l_mm);
+    if (!count || !(l_mm >= limits.l_min_mm && l_mm <= limits.l_max_mm)) {
+      return {Status::limit, fmt::format("{} would leave its stroke ({} mm)", name(i), l_mm)};
     }
-    to[k] = *count;
+    to.push_back(*count);
   }
   const GalilMove plan = plan_galil_move(settings_.axes, ask_counts(*wire_, settings_.axes, "RP"),
                                          to, settings_.speed_mm_s, settings_.acceleration_mm_s2);
   std::string moving;
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
     if (plan.axes[i].distance_counts != 0) moving += settings_.axes[i].letter;
   }
   if (const Status status = asked(watch); status != Status::ok) {
@@ -207,7 +214,7 @@ StageReport GalilStage::travel(const Displacements& to_mm, const Watch& watch) {
 /// Speed, acceleration and target of the axes that move. What the controller took is read back: a
 /// value that it has cut to size would make the axes end apart.
 void GalilStage::start(const GalilMove& move) {
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
     const GalilAxisMove& axis = move.axes[i];
     if (axis.distance_counts == 0) continue;
     set("AC", i, axis.acceleration);
@@ -235,19 +242,19 @@ StageReport GalilStage::follow(const std::string& moving, double time_s, int mea
   const Deadline deadline = in_s(time_s);
   for (;;) {
     const GalilLook seen = look_at(*wire_, settings_.axes);
-    for (std::size_t i = 0; i < kChains; ++i) {
-      const int rail = static_cast<int>(i) + 1;
+    for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
+      const GalilLook::Axis& axis = seen.axes[i];
       if (moving.find(settings_.axes[i].letter) == std::string::npos) continue;
-      if (!seen.moves[i] && seen.stop_code[i] != meant) {
-        StageReport report = of_stop_code(seen.stop_code[i], rail);
+      if (!axis.moves && axis.stop_code != meant) {
+        StageReport report = of_stop_code(axis.stop_code, name(i));
         if (report.ok()) report.status = Status::fault;  // 1 instead of 10: home was not found
         return report;
       }
-      if (std::abs(seen.off_mm[i]) > settings_.following_mm) {
+      if (std::abs(axis.off_mm) > settings_.following_mm) {
         return {Status::following_error,
-                fmt::format("rail {} is {:.4f} mm from its command while it moves, at most {} mm "
+                fmt::format("{} is {:.4f} mm from its command while it moves, at most {} mm "
                             "are allowed",
-                            rail, seen.off_mm[i], settings_.following_mm)};
+                            name(i), axis.off_mm, settings_.following_mm)};
       }
     }
     if (!seen.any_moves()) return {Status::ok, ""};
@@ -255,7 +262,8 @@ StageReport GalilStage::follow(const std::string& moving, double time_s, int mea
       return {status, std::string("stopped while moving: ") + name_of(status)};
     }
     if (std::chrono::steady_clock::now() >= deadline) {
-      return {Status::timeout, fmt::format("the rails still move after {:.1f} s", time_s)};
+      return {Status::timeout, fmt::format("the {} still move after {:.1f} s",
+                                           drives_name(*settings_.machine.kind), time_s)};
     }
     wait_s(settings_.poll_s);
   }
@@ -269,10 +277,10 @@ StageReport GalilStage::settle(const Watch& watch) {
     const GalilLook seen = look_at(*wire_, settings_.axes);
     const auto now = std::chrono::steady_clock::now();
     std::size_t worst = 0;
-    for (std::size_t i = 0; i < kChains; ++i) {
-      if (std::abs(seen.off_mm[i]) > std::abs(seen.off_mm[worst])) worst = i;
+    for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
+      if (std::abs(seen.axes[i].off_mm) > std::abs(seen.axes[worst].off_mm)) worst = i;
     }
-    if (seen.any_moves() || std::abs(seen.off_mm[worst]) > settings_.settle_band_mm) {
+    if (seen.any_moves() || std::abs(seen.axes[worst].off_mm) > settings_.settle_band_mm) {
       inside_until.reset();
     } else if (!inside_until) {
       inside_until = in_s(settings_.settle_s);
@@ -280,9 +288,9 @@ StageReport GalilStage::settle(const Watch& watch) {
     if (inside_until && now >= *inside_until) return {Status::ok, ""};
     if (now >= deadline) {
       return {Status::timeout,
-              fmt::format("rail {} does not settle: {:.4f} mm from its command, at most {} mm are "
+              fmt::format("{} does not settle: {:.4f} mm from its command, at most {} mm are "
                           "allowed",
-                          worst + 1, seen.off_mm[worst], settings_.settle_band_mm)};
+                          name(worst), seen.axes[worst].off_mm, settings_.settle_band_mm)};
     }
     if (const Status status = asked(watch); status != Status::ok) {
       return {status, std::string("stopped while settling: ") + name_of(status)};
@@ -297,13 +305,14 @@ StageReport GalilStage::standing(const Displacements& to_mm) {
   StageReport report{Status::ok, ""};
   report.encoder_mm = ask_displacements(*wire_, settings_.axes, "TP");
   report.commanded_mm = ask_displacements(*wire_, settings_.axes, "RP");
-  for (int i = 0; i < kChains; ++i) {
-    const double off_mm = report.encoder_mm[i] - to_mm[i];
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
+    const auto k = static_cast<int>(i);
+    const double off_mm = report.encoder_mm[k] - to_mm[k];
     if (std::abs(off_mm) <= settings_.following_mm) continue;
     return {Status::following_error,
-            fmt::format("the encoder of rail {} is {:.4f} mm from its command at rest, at most {} "
+            fmt::format("the encoder of {} is {:.4f} mm from its command at rest, at most {} "
                         "mm are allowed",
-                        i + 1, off_mm, settings_.following_mm)};
+                        name(i), off_mm, settings_.following_mm)};
   }
   return report;
 }

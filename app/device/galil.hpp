@@ -1,5 +1,5 @@
 #pragma once
-// The stage behind a Galil DMC-41x3: three servo axes that move the rails.
+// The stage behind a Galil DMC-41x3: servo axes that move the drives of a machine, one to three.
 //
 // Software is no emergency stop: what stops the machine when this program, the network or the
 // controller fails is a switch that cuts the drives' power.
@@ -34,7 +34,7 @@ class GalilStage : public Stage {
   [[nodiscard]] std::string describe() const override;
   [[nodiscard]] bool homed() const override { return homed_; }
   /// Servos on, all rails to their home switches (HM), count 0 there, soft limits set in the
-  /// controller, then to the mechanism's home pose.
+  /// controller, then to the machine's home pose.
   StageReport home() override;
   StageReport move(const Displacements& to_mm, const Watch& watch) override;
   StageReport stop() override;
@@ -59,6 +59,8 @@ class GalilStage : public Stage {
   StageReport follow(const std::string& moving, double time_s, int meant, const Watch& watch);
   StageReport settle(const Watch& watch);
   StageReport standing(const Displacements& to_mm);
+  [[nodiscard]] std::string name(std::size_t axis) const;  // "rail 2", "y axis"
+  [[nodiscard]] std::string place_text(const Displacements& l_mm) const;
 
   GalilSettings settings_;
   std::unique_ptr<GalilWire> wire_;

@@ -51,14 +51,15 @@ double travel_time_s(double distance, double speed, double acceleration) {
                               : 2 * std::sqrt(distance / acceleration);
 }
 
-GalilMove plan_galil_move(const std::array<GalilAxis, kChains>& axes,
-                          const std::array<std::int64_t, kChains>& from_counts,
-                          const std::array<std::int64_t, kChains>& to_counts, double speed_mm_s,
+GalilMove plan_galil_move(std::span<const GalilAxis> axes,
+                          std::span<const std::int64_t> from_counts,
+                          std::span<const std::int64_t> to_counts, double speed_mm_s,
                           double acceleration_mm_s2) {
   GalilMove move;
-  std::array<double, kChains> way_mm{};
+  move.axes.resize(axes.size());
+  std::vector<double> way_mm(axes.size());
   std::size_t longest = 0;
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < axes.size(); ++i) {
     move.axes[i].to_counts = to_counts[i];
     move.axes[i].distance_counts = to_counts[i] - from_counts[i];
     way_mm[i] =
@@ -72,7 +73,7 @@ GalilMove plan_galil_move(const std::array<GalilAxis, kChains>& axes,
   const double distance = way_mm[longest] * axes[longest].counts_per_mm();
   move.time_s =
       travel_time_s(distance, static_cast<double>(*speed), static_cast<double>(*acceleration));
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < axes.size(); ++i) {
     if (way_mm[i] == 0) continue;
     GalilAxisMove& axis = move.axes[i];
     if (i == longest) {

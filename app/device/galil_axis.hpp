@@ -2,11 +2,10 @@
 // One axis of the controller: millimetres of rail to counts of encoder, and moves that end
 // together.
 
-#include <array>
 #include <cstdint>
 #include <optional>
-
-#include "core/mechanism/geometry.hpp"
+#include <span>
+#include <vector>
 
 namespace trammel::device {
 
@@ -25,6 +24,9 @@ struct GalilAxis {
   [[nodiscard]] double counts_per_mm() const { return counts_per_rev * gear / lead_mm; }
   [[nodiscard]] double mm(double counts) const { return zero_mm + sign * counts / counts_per_mm(); }
 };
+
+/// One for each drive: one to three.
+using GalilAxes = std::vector<GalilAxis>;
 
 // What the controller takes.
 inline constexpr std::int64_t kGalilMaxCounts = 2'147'483'647;
@@ -50,7 +52,7 @@ struct GalilAxisMove {
 };
 
 struct GalilMove {
-  std::array<GalilAxisMove, kChains> axes;
+  std::vector<GalilAxisMove> axes;
   double time_s = 0;  // until the last axis has reached its place
 };
 
@@ -63,11 +65,11 @@ struct GalilMove {
 ///   v_i = a_i / 2 (T - sqrt(T^2 - 4 d_i / a_i)) (3)
 /// rounded up to even counts/s: they never end after the first, and before it by no more than the
 /// share 2 / v_i of T.
-/// Preconditions: counts within the range, speed and acceleration as speed_counts and
-/// acceleration_counts take them. Proof: galil_axis_test.cpp.
-GalilMove plan_galil_move(const std::array<GalilAxis, kChains>& axes,
-                          const std::array<std::int64_t, kChains>& from_counts,
-                          const std::array<std::int64_t, kChains>& to_counts, double speed_mm_s,
+/// Preconditions: as many counts as axes, within the range, speed and acceleration as speed_counts
+/// and acceleration_counts take them. Proof: galil_axis_test.cpp.
+GalilMove plan_galil_move(std::span<const GalilAxis> axes,
+                          std::span<const std::int64_t> from_counts,
+                          std::span<const std::int64_t> to_counts, double speed_mm_s,
                           double acceleration_mm_s2);
 
 /// (2)

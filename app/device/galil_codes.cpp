@@ -42,13 +42,12 @@ constexpr std::array<Refusal, 2> kRefusals = {{
 
 }  // namespace
 
-StageReport of_stop_code(int code, int rail) {
+StageReport of_stop_code(int code, const std::string& drive) {
   for (const StopCode& known : kStopCodes) {
     if (known.code != code) continue;
-    return {known.status, fmt::format("rail {} {} (SC {})", rail, known.text, code), {}};
+    return {known.status, fmt::format("{} {} (SC {})", drive, known.text, code), {}};
   }
-  return {
-      Status::fault, fmt::format("rail {} stopped for an unknown reason (SC {})", rail, code), {}};
+  return {Status::fault, fmt::format("{} stopped for an unknown reason (SC {})", drive, code), {}};
 }
 
 Status of_refusal(int tc_code) {

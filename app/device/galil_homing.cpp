@@ -8,7 +8,7 @@
 #include "app/device/galil.hpp"
 #include "app/device/galil_look.hpp"
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 
 namespace trammel::device {
 
@@ -42,9 +42,7 @@ StageReport GalilStage::home() {
   return guarded([&] {
     StageReport report = find_switches();
     if (!report.ok()) return report;
-    const InverseResult home = inverse(settings_.mechanism.geometry, settings_.mechanism.home);
-    TRAMMEL_ASSERT(home.ok());  // validate has gone the way there
-    report = travel(home.l_mm, {});
+    report = travel(drives_of(settings_.machine, settings_.machine.home), {});
     if (!report.ok()) return report;
     set_soft_limits();
     homed_ = true;
@@ -55,7 +53,7 @@ StageReport GalilStage::home() {
 /// Servos on, with the controller's own watch over them: off at twice the gate that is looked at
 /// from here. The switches may lie beyond the stroke, so its limits come later.
 void GalilStage::set_up_axes() {
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
     const GalilAxis& axis = settings_.axes[i];
     const double gate = std::ceil(2 * settings_.following_mm * axis.counts_per_mm());
     set("ER", i, static_cast<std::int64_t>(gate));
@@ -87,7 +85,7 @@ StageReport GalilStage::find_switches() {
   watch_host();
   set_up_axes();
   const std::string all = letters_of(settings_.axes);
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
     const GalilAxis& axis = settings_.axes[i];
     const std::int64_t speed = *speed_counts(axis, settings_.homing_speed_mm_s);
     const std::int64_t acceleration = *acceleration_counts(axis, settings_.acceleration_mm_s2);
@@ -104,15 +102,15 @@ StageReport GalilStage::find_switches() {
     report.detail = "homing: " + report.detail;
     return report;
   }
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
     wire_->command(fmt::format("DP{}=0", settings_.axes[i].letter));
   }
   return report;
 }
 
 void GalilStage::set_soft_limits() {
-  for (std::size_t i = 0; i < kChains; ++i) {
-    const SoftLimits limits = soft_limits(settings_.axes[i], settings_.mechanism.limits);
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
+    const SoftLimits limits = soft_limits(settings_.axes[i], settings_.machine.drives[i].limits);
     set("FL", i, limits.forward);
     set("BL", i, limits.reverse);
   }
@@ -124,8 +122,9 @@ bool GalilStage::remembers_set_up() {
   for (const double off : wire_->ask_numbers(each_axis("MG _MO", settings_.axes))) {
     if (off != 0) return false;
   }
-  for (const GalilAxis& axis : settings_.axes) {
-    const SoftLimits limits = soft_limits(axis, settings_.mechanism.limits);
+  for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
+    const GalilAxis& axis = settings_.axes[i];
+    const SoftLimits limits = soft_limits(axis, settings_.machine.drives[i].limits);
     const auto took = wire_->ask_numbers(fmt::format("FL{0}=?;BL{0}=?", axis.letter));
     if (took[0] != static_cast<double>(limits.forward)) return false;
     if (took[1] != static_cast<double>(limits.reverse)) return false;

@@ -22,34 +22,40 @@ std::string each_axis(const std::string& question, const GalilAxes& axes) {
 }
 
 std::string letters_of(const GalilAxes& axes) {
-  return {axes[0].letter, axes[1].letter, axes[2].letter};
+  std::string letters;
+  for (const GalilAxis& axis : axes) letters += axis.letter;
+  return letters;
 }
 
 GalilLook look_at(GalilWire& wire, const GalilAxes& axes) {
   const auto answers = wire.ask_numbers(each_axis("MG _BG", axes) + ";" + each_axis("TE", axes) +
                                         ";" + each_axis("SC", axes));
   GalilLook seen;
-  for (std::size_t i = 0; i < kChains; ++i) {
-    seen.moves[i] = answers[i] != 0;
-    seen.off_mm[i] = axes[i].sign * answers[kChains + i] / axes[i].counts_per_mm();
-    seen.stop_code[i] = static_cast<int>(answers[2 * kChains + i]);
+  const std::size_t n = axes.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    seen.axes.push_back({.moves = answers[i] != 0,
+                         .off_mm = axes[i].sign * answers[n + i] / axes[i].counts_per_mm(),
+                         .stop_code = static_cast<int>(answers[2 * n + i])});
   }
   return seen;
 }
 
-std::array<std::int64_t, kChains> ask_counts(GalilWire& wire, const GalilAxes& axes,
-                                             const std::string& question) {
+std::vector<std::int64_t> ask_counts(GalilWire& wire, const GalilAxes& axes,
+                                     const std::string& question) {
   const auto answers = wire.ask_numbers(each_axis(question, axes));
-  std::array<std::int64_t, kChains> counts{};
-  for (std::size_t i = 0; i < kChains; ++i) counts[i] = std::llround(answers[i]);
+  std::vector<std::int64_t> counts;
+  for (const double answer : answers) counts.push_back(std::llround(answer));
   return counts;
 }
 
 Displacements ask_displacements(GalilWire& wire, const GalilAxes& axes,
                                 const std::string& question) {
   const auto at = ask_counts(wire, axes, question);
-  return {axes[0].mm(static_cast<double>(at[0])), axes[1].mm(static_cast<double>(at[1])),
-          axes[2].mm(static_cast<double>(at[2]))};
+  Displacements l_mm = Displacements::Zero();
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    l_mm[static_cast<int>(i)] = axes[i].mm(static_cast<double>(at[i]));
+  }
+  return l_mm;
 }
 
 bool bring_to_rest(GalilWire& wire, const GalilSettings& settings) {

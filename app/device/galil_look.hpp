@@ -1,23 +1,26 @@
 #pragma once
-// Questions to the controller about all three axes, and bringing them to rest: over any connection,
+// Questions to the controller about all axes, and bringing them to rest: over any connection,
 // also one beside that of a call which does not return.
 
-#include <array>
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "app/device/galil_settings.hpp"
 #include "app/device/galil_wire.hpp"
+#include "core/mechanism/displacements.hpp"
 
 namespace trammel::device {
 
-using GalilAxes = std::array<GalilAxis, kChains>;
-
-/// The three axes at one moment.
+/// The axes at one moment.
 struct GalilLook {
-  std::array<bool, kChains> moves{};
-  std::array<double, kChains> off_mm{};  // command minus encoder, along the rail
-  std::array<int, kChains> stop_code{};
-  [[nodiscard]] bool any_moves() const { return moves[0] || moves[1] || moves[2]; }
+  struct Axis {
+    bool moves = false;
+    double off_mm = 0;  // command minus encoder, along the drive
+    int stop_code = 0;
+  };
+  std::vector<Axis> axes;
+  [[nodiscard]] bool any_moves() const { return std::ranges::any_of(axes, &Axis::moves); }
 };
 GalilLook look_at(GalilWire& wire, const GalilAxes& axes);
 
@@ -25,9 +28,10 @@ GalilLook look_at(GalilWire& wire, const GalilAxes& axes);
 std::string each_axis(const std::string& question, const GalilAxes& axes);
 std::string letters_of(const GalilAxes& axes);
 
-/// Answers to `question` ("RP", "TP") of all axes, in counts and as displacements.
-std::array<std::int64_t, kChains> ask_counts(GalilWire& wire, const GalilAxes& axes,
-                                             const std::string& question);
+/// Answers to `question` ("RP", "TP") of all axes, in counts and as displacements; 0 of a drive
+/// that the machine has not.
+std::vector<std::int64_t> ask_counts(GalilWire& wire, const GalilAxes& axes,
+                                     const std::string& question);
 Displacements ask_displacements(GalilWire& wire, const GalilAxes& axes,
                                 const std::string& question);
 

@@ -27,13 +27,13 @@ void validate_axis(const GalilSettings& s, std::size_t i) {
   const std::string path = fmt::format("axes[{}].", i);
   require(axis.letter >= 'A' && axis.letter <= 'H', path + "axis", "no such axis", "A to H");
   for (std::size_t k = 0; k < i; ++k) {
-    require(s.axes[k].letter != axis.letter, path + "axis", "two rails on one axis");
+    require(s.axes[k].letter != axis.letter, path + "axis", "two drives on one axis");
   }
   require(axis.lead_mm > 0, path + "lead_mm", "a lead that is not positive");
   require(axis.counts_per_rev > 0, path + "counts_per_rev", "no counts");
   require(axis.gear > 0, path + "gear", "a gear that is not positive");
   require(axis.sign == 1 || axis.sign == -1, path + "sign", "no direction", "1 or -1");
-  const Limits& limits = s.mechanism.limits;
+  const Limits& limits = s.machine.drives[i].limits;
   require(counts_of(axis, limits.l_min_mm) && counts_of(axis, limits.l_max_mm),
           path + "counts_per_rev", "the stroke is beyond the controller's counts",
           fmt::format("at most {} either way from home", kGalilMaxCounts));
@@ -85,12 +85,14 @@ void validate_times(const GalilSettings& s) {
           "the wait ends before the stage could have settled");
 }
 
-/// The stage comes from where homing leaves the rails to home, straight in joint space. The
+/// The stage comes from where homing leaves the drives to home, straight in joint space. The
 /// switches may lie outside the stroke; the way between must be one that the platform can go.
 void validate_way_home(const GalilSettings& s) {
-  Displacements switches;
-  for (int i = 0; i < kChains; ++i) switches[i] = s.axes[static_cast<std::size_t>(i)].zero_mm;
-  for (const Violation& v : check_path(s.mechanism, std::vector<Displacements>{switches}, {})) {
+  Displacements switches = Displacements::Zero();
+  for (std::size_t i = 0; i < s.axes.size(); ++i) {
+    switches[static_cast<int>(i)] = s.axes[i].zero_mm;
+  }
+  for (const Violation& v : check_path(s.machine, std::vector<Displacements>{switches}, {})) {
     if (v.what == Violation::What::lower_limit || v.what == Violation::What::upper_limit) continue;
     refuse_setting("axes[0].zero_mm",
                    "the way between the home switches and home is not safe: " + describe(v));

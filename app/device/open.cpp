@@ -70,13 +70,13 @@ Devices open_galil(const std::string& file, const std::string& tracker_option) {
   Devices devices;
   devices.simulated = stage.emulated;
   devices.identity = "stage/1 " + hashed(text) + ", tracker/1 " + hashed(tracker_text);
-  devices.machine = machine_of(stage.galil.mechanism);
+  devices.machine = stage.galil.machine;
   devices.motion.speed_mm_s = stage.galil.speed_mm_s;
   devices.motion.following_mm = stage.galil.following_mm;
   devices.controller = stage.galil.controller.text();
   devices.watch_host_s = stage.galil.watch_host_s;
   devices.sigma = tracker.sigma;
-  devices.clock = real_clock({.mechanism = stage.galil.mechanism,
+  devices.clock = real_clock({.machine = stage.galil.machine,
                               .speed_mm_s = stage.galil.speed_mm_s,
                               .acceleration_mm_s2 = stage.galil.acceleration_mm_s2,
                               .settle_s = stage.galil.settle_s,

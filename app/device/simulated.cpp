@@ -45,7 +45,7 @@ class SimulatedStage : public Stage {
     for (int i = 0; i < nominal.kind->n_chains; ++i) {
       const Limits& limits = nominal.drives[static_cast<std::size_t>(i)].limits;
       if (!(to_mm[i] >= limits.l_min_mm && to_mm[i] <= limits.l_max_mm)) {
-        return {Status::limit, "rail " + std::to_string(i + 1) + " would leave its stroke", {}};
+        return {Status::limit, drive_name(nominal, i) + " would leave its stroke", {}};
       }
     }
     const Displacements begin = world_->l_mm;

@@ -3,20 +3,20 @@
 #include "app/files/fields.hpp"
 #include "app/files/files.hpp"
 #include "app/files/format.hpp"
-#include "app/files/mechanism_json.hpp"
+#include "app/files/machine_json.hpp"
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 
 namespace trammel::device {
 
 namespace {
 
-GalilAxis read_axis(Fields& fields, const Mechanism& mechanism, double home_mm) {
+GalilAxis read_axis(Fields& fields, const Drive& drive, double home_mm) {
   GalilAxis axis;
   const std::string letter = fields.text("axis");
   if (letter.size() != 1) fields.refuse("axis", "no letter of an axis", "A to H");
   axis.letter = letter[0];
-  axis.lead_mm = fields.number("lead_mm", mechanism.screw_lead_mm);
+  axis.lead_mm = fields.number("lead_mm", drive.lead_mm);
   axis.counts_per_rev = fields.number("counts_per_rev");
   axis.gear = fields.number("gear", axis.gear);
   axis.sign = fields.integer("sign", axis.sign);
@@ -26,12 +26,18 @@ GalilAxis read_axis(Fields& fields, const Mechanism& mechanism, double home_mm) 
 }
 
 void read_axes(Fields& top, GalilSettings& galil) {
-  const InverseResult home = inverse(galil.mechanism.geometry, galil.mechanism.home);
+  const Machine& machine = galil.machine;
+  const InverseResult home = MachineSolver(machine).drives(machine.home);
   if (!home.ok()) top.refuse("mechanism", "the home pose is out of reach");
   std::vector<Fields> axes = top.objects("axes");
-  if (axes.size() != kChains) top.refuse("axes", "wrong number of axes", "three, one a rail");
-  for (std::size_t i = 0; i < kChains; ++i) {
-    galil.axes[i] = read_axis(axes[i], galil.mechanism, home.l_mm[static_cast<int>(i)]);
+  const auto n = static_cast<std::size_t>(machine.kind->n_chains);
+  if (axes.size() != n) {
+    top.refuse(
+        "axes", "wrong number of axes: " + std::to_string(axes.size()),
+        std::to_string(n) + ", one for each drive of the " + std::string(machine.kind->name));
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    galil.axes.push_back(read_axis(axes[i], machine.drives[i], home.l_mm[static_cast<int>(i)]));
   }
 }
 
@@ -67,7 +73,7 @@ StageFile read_stage_fields(Fields top) {
   StageFile stage;
   stage.emulated = top.boolean("emulated", false);
   read_controller(top.object("controller"), stage.galil);
-  stage.galil.mechanism = read_mechanism(top.object("mechanism"));
+  stage.galil.machine = read_any_machine(top.object("mechanism"));
   read_axes(top, stage.galil);
   if (auto motion = top.optional_object("motion")) read_motion(*motion, stage.galil);
   if (auto homing = top.optional_object("homing")) {

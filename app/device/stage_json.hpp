@@ -14,11 +14,12 @@ struct StageFile {
   bool emulated = false;  // what answers is a program: its campaigns are simulated ones
 };
 
-/// "format": "stage/1" with "controller" {type "galil", host, port, timeouts}, "mechanism" as in
-/// campaign/1, three "axes" {axis, lead_mm, counts_per_rev, gear, sign, zero_mm}, and, all
-/// optional, "motion", "homing" and "emulated". lead_mm is the mechanism's screw lead where it is
-/// absent, zero_mm the displacement of the home pose. Throws InputError with file, line and field;
-/// the settings have passed `validate`. Proof: stage_json_test.cpp.
+/// "format": "stage/1" with "controller" {type "galil", host, port, timeouts}, "mechanism" (a
+/// machine/1, or a 3-PRR as in campaign/1), an axis for each of its drives in "axes" {axis,
+/// lead_mm, counts_per_rev, gear, sign, zero_mm}, and, all optional, "motion", "homing" and
+/// "emulated". lead_mm is that of the machine's drive where it is absent, zero_mm the displacement
+/// of the home pose. Throws InputError with file, line and field; the settings have passed
+/// `validate`. Proof: stage_json_test.cpp.
 StageFile read_stage(const std::filesystem::path& path);
 
 /// The same from text; `name` stands in errors.

@@ -103,7 +103,7 @@ std::string error_text(int code) {
 
 Galil::Galil(EmulatedRobot& robot, Faults& faults) : robot_(robot), faults_(faults) {
   for (Axis& a : axes_) a.motion = a.motion.blocked(0);  // nothing wired, nothing moves
-  for (int i = 0; i < kChains; ++i) {
+  for (int i = 0; i < robot.robot().truth().nominal.kind->n_chains; ++i) {
     Axis& a = axis(i);
     a.rail = i;
     a.motion = robot.at_power_up(i);

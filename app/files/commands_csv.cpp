@@ -6,7 +6,7 @@
 
 #include "app/files/csv.hpp"
 #include "app/files/numbers.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 
 namespace trammel {
 
@@ -20,12 +20,15 @@ constexpr std::array<std::string_view, 10> kPassedOver = {
 
 class CommandReader {
  public:
-  explicit CommandReader(const CsvTable& table) : table_(table) {
+  CommandReader(const CsvTable& table, const MachineKind& kind)
+      : table_(table), kind_(kind), n_(static_cast<std::size_t>(kind.n_chains)) {
     for (std::size_t k = 0; k < table.header.cells.size(); ++k) add_column(k);
-    for (const char* name : kCmd) need(name);
-    if (has(kFrom[0]) || has(kFrom[1]) || has(kFrom[2])) {
-      for (const char* name : kFrom) need(name);
+    bool has_from = false;
+    for (std::size_t i = 0; i < n_; ++i) {
+      need(kCmd[i]);
+      has_from = has_from || has(kFrom[i]);
     }
+    for (std::size_t i = 0; has_from && i < n_; ++i) need(kFrom[i]);
   }
 
   std::vector<CommandRow> rows(Displacements from_mm) {
@@ -50,6 +53,7 @@ class CommandReader {
   void add_column(std::size_t k) {
     const std::string_view name = table_.header.cells[k].text;
     if (std::ranges::find(kRead, name) != kRead.end()) {
+      require_drive(name, k);
       at_.emplace(name, k);
     } else if (std::ranges::find(kPassedOver, name) == kPassedOver.end() &&
                !name.starts_with("x_")) {
@@ -57,6 +61,18 @@ class CommandReader {
           {.what = "unknown column '" + std::string(name) + "'",
            .where = table_.where(table_.header, k),
            .hint = "a column of your own is passed over when its name begins with x_"});
+    }
+  }
+
+  void require_drive(std::string_view name, std::size_t k) const {
+    for (std::size_t i = n_; i < kCmd.size(); ++i) {
+      if (name != kCmd[i] && name != kFrom[i]) continue;
+      throw InputError({.what = "a drive that the machine has not",
+                        .where = table_.where(table_.header, k),
+                        .got = std::string(name),
+                        .expected = std::string(kCmd[n_ - 1]) + " at most: an " +
+                                    std::string(kind_.name) + " machine has " + std::to_string(n_) +
+                                    (n_ == 1 ? " drive" : " drives")});
     }
   }
 
@@ -97,8 +113,8 @@ class CommandReader {
 
   [[nodiscard]] CommandRow read(const Displacements& before_mm) const {
     CommandRow row{.seq = count("seq", 0), .conditions = {}};
-    for (int i = 0; i < kChains; ++i) {
-      const auto k = static_cast<std::size_t>(i);
+    for (std::size_t k = 0; k < n_; ++k) {
+      const auto i = static_cast<int>(k);
       row.conditions.cmd_mm[i] = length(kCmd[k]);
       row.conditions.from_mm[i] = number(kFrom[k], kMax_mm).value_or(before_mm[i]);
     }
@@ -109,6 +125,8 @@ class CommandReader {
   }
 
   const CsvTable& table_;
+  const MachineKind& kind_;
+  std::size_t n_;
   const CsvTable::Row* row_ = nullptr;
   std::map<std::string, std::size_t, std::less<>> at_;
 };
@@ -116,11 +134,11 @@ class CommandReader {
 }  // namespace
 
 std::vector<CommandRow> read_commands_csv(const std::filesystem::path& path,
-                                          const Mechanism& mechanism) {
-  const InverseResult home = inverse(mechanism.geometry, mechanism.home);
+                                          const Machine& machine) {
+  const InverseResult home = MachineSolver(machine).drives(machine.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
   const CsvTable table = read_csv(path);
-  return CommandReader(table).rows(home.l_mm);
+  return CommandReader(table, *machine.kind).rows(home.l_mm);
 }
 
 }  // namespace trammel

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/measure/reading.hpp"
-#include "core/mechanism/geometry.hpp"
 
 namespace trammel {
 
@@ -14,12 +13,12 @@ struct CommandRow {
   Conditions conditions;
 };
 
-/// Commands to ask a model for: the columns cmd_l1_mm … cmd_l3_mm, and, where they matter,
-/// from_l1_mm … from_l3_mm (the previous row's cmd; home for the first), epoch, time_s, temp_degc,
-/// seq. The other columns of a campaign/1 readings.csv, and those that begin with x_, are passed
-/// over: such a file can be given as it is. Throws InputError with file, line, column and field,
-/// NotFoundError. Proof: commands_csv_test.cpp.
+/// Commands to ask a model for: the columns cmd_l1_mm, …, one for each drive of the machine,
+/// and, where they matter, from_l1_mm, … (the previous row's cmd; home for the first), epoch,
+/// time_s, temp_degc, seq. The other columns of a campaign's readings.csv, and those that begin
+/// with x_, are passed over: such a file can be given as it is. Throws InputError with file, line,
+/// column and field, NotFoundError. Proof: commands_csv_test.cpp.
 std::vector<CommandRow> read_commands_csv(const std::filesystem::path& path,
-                                          const Mechanism& mechanism);
+                                          const Machine& machine);
 
 }  // namespace trammel

@@ -45,11 +45,11 @@ PlannedPoint read_point(Fields& fields) {
   return p;
 }
 
-/// [1, 0, -1]; else nothing.
+/// [1, 0, -1], [1, -1] on a machine of two drives; else nothing.
 std::optional<Approach> approach_of(const nlohmann::json& directions) {
-  if (!directions.is_array() || directions.size() != kChains) return std::nullopt;
+  if (!directions.is_array() || directions.empty() || directions.size() > kChains) return {};
   Approach approach = {0, 0, 0};
-  for (std::size_t i = 0; i < kChains; ++i) {
+  for (std::size_t i = 0; i < directions.size(); ++i) {
     const nlohmann::json& d = directions[i];
     if (d != -1 && d != 0 && d != 1) return std::nullopt;
     approach[i] = d.get<int>();
@@ -57,7 +57,7 @@ std::optional<Approach> approach_of(const nlohmann::json& directions) {
   return approach;
 }
 
-constexpr const char* kDirections = "-1, 0 or 1 for each of three rails";
+constexpr const char* kDirections = "-1, 0 or 1 for each drive";
 
 }  // namespace
 

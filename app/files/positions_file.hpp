@@ -29,6 +29,7 @@ struct PositionsFile {
   std::vector<PositionRow> rows = {};
   std::map<std::string, std::string> facts = {};  // what its header says of machine and measurement
   std::vector<std::string> unused = {};           // columns that nothing here reads
+  int missed = 0;                                 // rows of nodes without a measured position
 };
 
 struct PositionsOptions {
@@ -44,7 +45,9 @@ inline constexpr std::size_t kMaxPositionsBytes = 64u << 20;
 /// words, a role (nominal, target, commanded; measured, actual, position; error, deviation, dx), a
 /// coordinate (x, y, phi) and a unit (mm, um, m, in; deg, rad, mrad, urad, arcsec); also run,
 /// direction (1, -1, +, -, up, down, forward, reverse), axis, time_s, temp_degc. A bare x is the
-/// target beside deviations, and the measured one beside a target.
+/// target beside deviations or what was measured, and the measured one beside a target. Where the
+/// comma does not part the columns it may be the decimal sign. A row with nothing in its measured
+/// columns is a node that was missed.
 /// An Aerotech calibration file: % lines of a header (Ax1Name, UserUnits), then Ax1TestLoc
 /// Ax2TestLoc Ax1CmdPos Ax2CmdPos Ax1RelErr Ax2RelErr; an error is taken as measured less
 /// commanded. Renishaw's RTL, from general knowledge of it and not from its maker's description:

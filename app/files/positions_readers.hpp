@@ -21,7 +21,7 @@ inline constexpr std::string_view kAerotechColumns = "Ax1CmdPos";
 /// Runs of one axis as Renishaw's RTL has them, known by these words.
 PositionsFile rtl_positions(const PointsText& text, const std::string& name,
                             const PositionsOptions& options);
-inline constexpr std::string_view kRtlRows = "Run Target Data";
+inline constexpr std::string_view kRtlRows = "DEVIATIONS::";  // the section that holds its rows
 
 /// The line's numbers between blanks: n of them, or any number for n = 0. Throws InputError.
 std::vector<double> numbers_of(const PointsLine& line, const std::string& name, std::size_t n);

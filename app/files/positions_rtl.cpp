@@ -54,12 +54,13 @@ class RtlReader {
       list_ = single_blanks(text.substr(0, colon));
       const std::string value = single_blanks(text.substr(colon + 1));
       if (list_ == "Target-count") count_ = parse_integer(value).value_or(0);
+      if (list_.starts_with("Target ")) list_ = "Targets";  // "Target positions (mm)"
       if (section_ == "USER-TEXT" && !value.empty()) out_.facts[list_] = value;
       if (list_ != "Targets" || value.empty()) return;
       return take_targets({line.number, value});
     }
     if (section_ == "TARGET DATA" && list_ == "Targets") return take_targets(line);
-    if (section_ == "DEVIATIONS" && list_ == kRtlRows) take_deviation(line);
+    if (section_ == "DEVIATIONS" && list_.starts_with("Run")) take_deviation(line);
   }
 
   void take_targets(const PointsLine& line) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <optional>
 #include <set>
 
 #include "app/files/numbers.hpp"
@@ -18,20 +19,47 @@ namespace {
 
 enum class Role { none, target, measured, deviation, run, direction, axis, time, temperature };
 
-/// What a word of a column's name says of its role; "dx" says a coordinate too.
+/// What a word of a column's name says of its role; "dx" says a coordinate too. A weak one says it
+/// where no other word does: a target position is a target.
 struct RoleWord {
   std::string_view word;
   Role role;
+  bool weak = false;
 };
-constexpr std::array<RoleWord, 25> kRoleWords = {{
-    {"nominal", Role::target},   {"target", Role::target},     {"commanded", Role::target},
-    {"cmd", Role::target},       {"measured", Role::measured}, {"meas", Role::measured},
-    {"actual", Role::measured},  {"position", Role::measured}, {"reading", Role::measured},
-    {"laser", Role::measured},   {"external", Role::measured}, {"interferometer", Role::measured},
-    {"error", Role::deviation},  {"err", Role::deviation},     {"deviation", Role::deviation},
-    {"dev", Role::deviation},    {"dx", Role::deviation},      {"dy", Role::deviation},
-    {"dphi", Role::deviation},   {"run", Role::run},           {"direction", Role::direction},
-    {"dir", Role::direction},    {"axis", Role::axis},         {"time", Role::time},
+constexpr std::array<RoleWord, 34> kRoleWords = {{
+    {"command", Role::target},
+    {"setpoint", Role::target},
+    {"demand", Role::target},
+    {"desired", Role::target},
+    {"reference", Role::target},
+    {"observed", Role::measured},
+    {"measurement", Role::measured},
+    {"real", Role::measured},
+    {"pos", Role::measured, true},
+    {"nominal", Role::target},
+    {"target", Role::target},
+    {"commanded", Role::target},
+    {"cmd", Role::target},
+    {"measured", Role::measured},
+    {"meas", Role::measured},
+    {"actual", Role::measured},
+    {"position", Role::measured, true},
+    {"reading", Role::measured, true},
+    {"laser", Role::measured},
+    {"external", Role::measured},
+    {"interferometer", Role::measured},
+    {"error", Role::deviation},
+    {"err", Role::deviation},
+    {"deviation", Role::deviation},
+    {"dev", Role::deviation},
+    {"dx", Role::deviation},
+    {"dy", Role::deviation},
+    {"dphi", Role::deviation},
+    {"run", Role::run},
+    {"direction", Role::direction},
+    {"dir", Role::direction},
+    {"axis", Role::axis, true},
+    {"time", Role::time},
     {"temp", Role::temperature},
 }};
 
@@ -86,7 +114,7 @@ PositionColumn column_of(std::string_view name) {
     if (coordinate != kCoordinateNames.end()) {
       column.coordinate = static_cast<int>(coordinate - kCoordinateNames.begin());
     } else if (role != kRoleWords.end()) {
-      column.role = role->role;
+      if (column.role == Role::none || !role->weak) column.role = role->role;
       if (word.size() > 1 && word[0] == 'd' && role->role == Role::deviation && word != "dev" &&
           word != "deviation") {
         column.coordinate = static_cast<int>(std::ranges::find(kCoordinateNames, word.substr(1)) -
@@ -115,6 +143,10 @@ class TableReader {
     out_.format = "table";
     look_at_columns();
     for (const CsvTable::Row& row : table_.rows) read_row(row);
+    if (out_.rows.empty() && !axes_.empty()) {
+      refuse_all("the table does not hold this axis", options_.axis,
+                 fmt::format("{}", fmt::join(axes_, ", ")));
+    }
     if (out_.rows.empty()) refuse_all("there are no positions", "", "rows below the header");
     return std::move(out_);
   }
@@ -140,10 +172,11 @@ class TableReader {
     return std::ranges::any_of(columns_, [&](const PositionColumn& c) { return c.role == role; });
   }
 
-  /// x beside a target is measured, beside a deviation the target; of one axis, what has no
-  /// coordinate's name is x.
+  /// x beside a target is measured, beside a deviation or what was measured the target; of one
+  /// axis, what has no coordinate's name is x.
   void settle_bare_coordinates() {
-    const bool target = has(Role::target), deviation = has(Role::deviation);
+    const bool target = has(Role::target);
+    const bool other = has(Role::deviation) || has(Role::measured);
     const auto holds = [this](Role role, int coordinate) {
       return std::ranges::any_of(columns_, [role, coordinate](const PositionColumn& c) {
         return c.role == role && c.coordinate == coordinate;
@@ -151,10 +184,11 @@ class TableReader {
     };
     for (PositionColumn& c : columns_) {
       const bool bare = c.role == Role::none && c.coordinate >= 0 && !c.strange;
-      if (!bare || !(target || deviation)) continue;
-      const bool beside_deviation =
-          holds(Role::deviation, c.coordinate) && !holds(Role::target, c.coordinate);
-      c.role = target && !beside_deviation ? Role::measured : Role::target;
+      if (!bare || !(target || other)) continue;
+      const bool is_target =
+          (holds(Role::deviation, c.coordinate) || holds(Role::measured, c.coordinate)) &&
+          !holds(Role::target, c.coordinate);
+      c.role = target && !is_target ? Role::measured : Role::target;
     }
     for (PositionColumn& c : columns_) {
       const bool position =
@@ -204,6 +238,12 @@ class TableReader {
     if (!out_.targeted[0] || !out_.measured[0]) {
       std::vector<std::string_view> names;
       for (const CsvCell& cell : table_.header.cells) names.push_back(cell.text);
+      if (std::ranges::all_of(names, [](std::string_view n) { return decimal(n).has_value(); })) {
+        refuse_all("the line that names the columns is missing",
+                   fmt::format("{}", fmt::join(names, ", ")),
+                   options_.one_axis ? "target_mm,direction,run,position_mm or the like"
+                                     : "target_x_mm,target_y_mm,x_mm,y_mm or the like");
+      }
       refuse_all(out_.targeted[0] ? "no column holds what was measured"
                                   : "no column holds what was commanded",
                  fmt::format("{}", fmt::join(names, ", ")),
@@ -237,8 +277,17 @@ class TableReader {
     return mm_of_unit(unit);
   }
 
+  /// "1.5", and "1,5" where the comma is not what parts the columns.
+  [[nodiscard]] static std::optional<double> decimal(std::string_view text) {
+    std::string plain(text);
+    if (std::ranges::count(plain, ',') == 1 && plain.find('.') == std::string::npos) {
+      std::ranges::replace(plain, ',', '.');
+    }
+    return parse_number(plain);
+  }
+
   [[nodiscard]] double number(const CsvTable::Row& row, std::size_t k) const {
-    const auto value = parse_number(row.cells[k].text);
+    const auto value = decimal(row.cells[k].text);
     if (!value) refuse(row, k, "this is no number", "a decimal number");
     return *value;
   }
@@ -266,8 +315,9 @@ class TableReader {
     const std::size_t k = other_[static_cast<std::size_t>(Role::axis)];
     if (k >= columns_.size()) return true;
     const std::string axis(row.cells[k].text);
+    const bool is_new = axes_.insert(axis).second;
     if (!options_.axis.empty()) return axis == options_.axis;
-    if (axes_.insert(axis).second && axes_.size() > 1) {
+    if (is_new && axes_.size() > 1) {
       refuse_all("the table holds several axes", fmt::format("{}", fmt::join(axes_, ", ")),
                  "one of them", "--only AXIS");
     }
@@ -275,8 +325,22 @@ class TableReader {
     return true;
   }
 
+  /// A node that was not measured: nothing stands where positions would.
+  [[nodiscard]] bool is_missed(const CsvTable::Row& row) const {
+    for (std::size_t role = 1; role < at_.size(); ++role) {
+      for (const std::size_t k : at_[role]) {
+        if (k < columns_.size() && !row.cells[k].text.empty()) return false;
+      }
+    }
+    return true;
+  }
+
   void read_row(const CsvTable::Row& row) {
     if (!is_asked_for(row)) return;
+    if (is_missed(row)) {
+      ++out_.missed;
+      return;
+    }
     PositionRow position;
     position.line = row.line;
     Eigen::Vector3d target = Eigen::Vector3d::Zero(), measured = Eigen::Vector3d::Zero();

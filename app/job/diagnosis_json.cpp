@@ -154,7 +154,9 @@ Json base_json(const BaseDistance& base) {
   return json;
 }
 
-Json gap_json(const std::vector<GapStep>& gap) {
+/// An XY stage is told of each of its axes, whose errors can differ by an order.
+Json gap_json(const std::vector<GapStep>& gap, const Machine& machine) {
+  const bool in_plane = machine.kind->n_chains == 2 && machine.measured[0] && machine.measured[1];
   Json all = Json::array();
   for (const GapStep& g : gap) {
     Json json = {{"model", g.model},
@@ -162,6 +164,11 @@ Json gap_json(const std::vector<GapStep>& gap) {
                  {"validate_rms_mm", optional_json(g.validate_rms_mm)},
                  {"identify_rms_deg", optional_json(g.identify_rms_deg)},
                  {"validate_rms_deg", optional_json(g.validate_rms_deg)}};
+    const auto by_axis = [&](const char* name, const std::optional<Eigen::Vector3d>& rms) {
+      if (in_plane && rms) json[name] = {(*rms)[0], (*rms)[1]};
+    };
+    by_axis("identify_rms_by_axis_mm", g.identify_rms);
+    by_axis("validate_rms_by_axis_mm", g.validate_rms);
     if (g.closed_share) {
       json["closed_share"] = *g.closed_share;
       if (g.closed_low) json["closed_interval_95"] = {*g.closed_low, *g.closed_high};
@@ -171,14 +178,16 @@ Json gap_json(const std::vector<GapStep>& gap) {
   return all;
 }
 
-Json next_json(const NextPoints& next) {
+/// Coordinates and directions that the machine has.
+Json next_json(const NextPoints& next, int n_drives) {
   Json all = Json::array();
   for (const NextPoint& p : next.points) {
-    all.push_back({{"x_mm", p.target.x_mm},
-                   {"y_mm", p.target.y_mm},
-                   {"phi_deg", deg_from_rad(p.target.phi_rad)},
-                   {"approach", p.approach},
-                   {"why", p.why}});
+    Json json = {{"x_mm", p.target.x_mm}};
+    if (n_drives > 1) json["y_mm"] = p.target.y_mm;
+    if (n_drives > 2) json["phi_deg"] = deg_from_rad(p.target.phi_rad);
+    json["approach"] = std::vector<int>(p.approach.begin(), p.approach.begin() + n_drives);
+    json["why"] = p.why;
+    all.push_back(std::move(json));
   }
   return all;
 }
@@ -251,9 +260,9 @@ Json diagnosis_json(const Diagnosis& d, const Campaign& campaign) {
   if (!d.tried.empty()) json["tried"] = effects_json(d.tried);
   json["structure"] = structure_json(d.structure);
   json["base_distance"] = base_json(d.base);
-  json["gap"] = gap_json(d.gap);
-  if (d.gap_tried.size() > 0) json["gap_tried"] = gap_json(d.gap_tried);
-  json["next_points"] = next_json(d.next);
+  json["gap"] = gap_json(d.gap, d.fit.model.nominal);
+  if (d.gap_tried.size() > 0) json["gap_tried"] = gap_json(d.gap_tried, d.fit.model.nominal);
+  json["next_points"] = next_json(d.next, d.fit.model.nominal.kind->n_chains);
   json["next_state"] = state_json(d.next.state);
   json["undecided"] = undecided_json(d.next);
   json["predictions"] = predictions_json(d.predictions);

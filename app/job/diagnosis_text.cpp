@@ -246,9 +246,28 @@ std::string gap_row(const Json& g, const std::string& model) {
                      rms(g["validate_rms_mm"]), closed);
 }
 
+/// The same of x and of y, where the machine is told of each.
+std::string gap_by_axis_text(const Json& d) {
+  const char* field =
+      d["readings"]["validate"] > 0 ? "validate_rms_by_axis_mm" : "identify_rms_by_axis_mm";
+  std::string text;
+  for (const char* list : {"gap", "gap_tried"}) {
+    for (const Json& g : d.value(list, Json::array())) {
+      if (!g.contains(field)) continue;
+      text += fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent, g["model"].get<std::string>(),
+                          digits(g[field][0]), digits(g[field][1]));
+    }
+  }
+  if (text.empty()) return text;
+  return fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent,
+                     d["readings"]["validate"] > 0 ? "unseen, of each axis" : "of each axis", "x",
+                     "y") +
+         text;
+}
+
 std::string gap_text(const Json& d) {
   const bool unseen = d["readings"]["validate"] > 0;
-  std::string text = line("gap", "rms of measured - simulated per coordinate (x and y), mm");
+  std::string text = line("gap", "rms of measured - simulated per coordinate that is measured, mm");
   text += fmt::format(
       "{}model                     fitted (in-sample)  unseen (held-out)   share of the gap closed "
       "({})\n",
@@ -257,8 +276,10 @@ std::string gap_text(const Json& d) {
   for (const Json& g : d.value("gap_tried", Json::array())) {
     text += gap_row(g, g["model"].get<std::string>() + ", tried");
   }
-  return text + fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent, "sigma per coordinate",
-                            rms(d["noise_floor_mm"]), rms(d["noise_floor_mm"]));
+  return text +
+         fmt::format("{}{:<25} {:>18} {:>18}\n", kIndent, "sigma per coordinate",
+                     rms(d["noise_floor_mm"]), rms(d["noise_floor_mm"])) +
+         gap_by_axis_text(d);
 }
 
 std::string audit_text(const Json& d) {
@@ -300,7 +321,7 @@ std::string state_text(const Json& state) {
   }
   const double approach_mm = state.value("approach_mm", Plan{}.approach_mm);
   if (approach_mm != Plan{}.approach_mm)
-    text += fmt::format(", each rail arriving over its last {:g} mm", approach_mm);
+    text += fmt::format(", each drive arriving over its last {:g} mm", approach_mm);
   return text;
 }
 
@@ -318,12 +339,22 @@ std::string next_text(const Json& d) {
   if (points.empty()) return text;
   text += line("next", fmt::format("measure {} points{} (also as a plan: --plan FILE)",
                                    points.size(), state_text(d["next_state"])));
-  text += fmt::format("{}     x mm     y mm  phi deg  approach\n", kIndent);
+  struct Column {
+    const char *field, *head;
+  };
+  std::vector<Column> columns;
+  text += kIndent;
+  for (const Column& c : {Column{"x_mm", "x mm"}, {"y_mm", "y mm"}, {"phi_deg", "phi deg"}}) {
+    if (!points[0].contains(c.field)) continue;
+    columns.push_back(c);
+    text += fmt::format(" {:>8}", c.head);
+  }
+  text += "  approach\n";
   std::string why;
   for (const Json& p : points) {
-    text += fmt::format("{}{:>9.1f} {:>8.1f} {:>8.1f}  {:>8}  {}\n", kIndent,
-                        p["x_mm"].get<double>(), p["y_mm"].get<double>(),
-                        p["phi_deg"].get<double>(), approach_text(p["approach"]),
+    text += kIndent;
+    for (const Column& c : columns) text += fmt::format(" {:>8.1f}", p[c.field].get<double>());
+    text += fmt::format("  {:>8}  {}\n", approach_text(p["approach"]),
                         p["why"] == why ? "" : p["why"].get<std::string>());
     why = p["why"];
   }

@@ -224,7 +224,7 @@ GridPlan grid_plan(const GridRequest& r, const Machine& machine, bool only_safe)
   request.seed = static_cast<std::uint64_t>(r.seed);
   request.approach_mm = r.approach_mm;
   request.references = r.references;
-  if (only_safe) keep_on_machine(request, machine);
+  keep_on_machine(request, machine);
   GridPlan grid;
   for (TargetGroup& group : request.groups) {
     grid.n_all += group.poses.size();
@@ -234,6 +234,10 @@ GridPlan grid_plan(const GridRequest& r, const Machine& machine, bool only_safe)
     });
   }
   std::erase_if(request.groups, [](const TargetGroup& group) { return group.poses.empty(); });
+  if (grid.n_all == 0) {
+    throw InputError({.what = "no point of the grid " + r.grid + " lies on the machine's axis",
+                      .hint = "a lattice or the grid rail"});
+  }
   if (grid.n_out > 0 && grid.n_out == grid.n_all) {
     throw InputError(
         {.what = fmt::format(

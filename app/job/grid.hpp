@@ -68,9 +68,10 @@ struct GridPlan {
   std::size_t n_out = 0;  // that were left out
 };
 
-/// The plan of the grid. Poses beyond `hull`, and with `only_safe` those that are not safe on the
-/// machine at each orientation and from each direction that is asked for, are left out. Throws
-/// InputError where none is left. Proof: tests/app/cli/plan_bounds_test.cpp.
+/// The plan of the grid, on the machine: of a lattice an axis visits the line through home. Poses
+/// beyond `hull`, and with `only_safe` those that are not safe on the machine at each orientation
+/// and from each direction that is asked for, are left out. Throws InputError where none is left.
+/// Proof: tests/app/cli/plan_bounds_test.cpp.
 GridPlan grid_plan(const GridRequest& request, const Machine& machine, bool only_safe = false);
 
 }  // namespace trammel::job

@@ -164,11 +164,13 @@ std::string identified_table(const Json& details) {
     const double U = 2 * c["standard_uncertainty"].get<double>();
     const std::string unit = c["unit"].get<std::string>();
     const bool plain = unit == "mm" || unit == "deg";
-    text += fmt::format("  {:<40}{:>12}{:>14}{}\n", c["name"].get<std::string>(),
-                        plain ? fmt::format("{:.4f}", c["change"].get<double>())
-                              : fmt::format("{:.4g}", c["change"].get<double>()),
-                        plain ? fmt::format("+- {:.4f}", U) : fmt::format("+- {:.2g}", U),
-                        unit == "1" ? "" : " " + unit);
+    const int decimals = U < 0.001 ? 6 : 4;  // of a stage that is known to tenths of micrometres
+    text +=
+        fmt::format("  {:<40}{:>12}{:>14}{}\n", c["name"].get<std::string>(),
+                    plain ? fmt::format("{:.{}f}", c["change"].get<double>(), decimals)
+                          : fmt::format("{:.4g}", c["change"].get<double>()),
+                    plain ? fmt::format("+- {:.{}f}", U, decimals) : fmt::format("+- {:.2g}", U),
+                    unit == "1" ? "" : " " + unit);
   }
   return text;
 }

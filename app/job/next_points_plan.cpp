@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/terminal/text.hpp"
 #include "core/units.hpp"
 #include "store/campaign.hpp"
@@ -16,8 +18,8 @@ Plan next_points_plan(const Json& diagnosis) {
   for (const Json& p : diagnosis.at("next_points")) {
     PlannedPoint point;
     point.seq = static_cast<int>(plan.points.size()) + 1;
-    point.target = {p.at("x_mm"), p.at("y_mm"), rad_from_deg(p.at("phi_deg"))};
-    point.approach = p.at("approach").get<Approach>();
+    point.target = {p.at("x_mm"), p.value("y_mm", 0.0), rad_from_deg(p.value("phi_deg", 0.0))};
+    std::ranges::copy(p.at("approach").get<std::vector<int>>(), point.approach.begin());
     point.group = p.at("why");
     plan.points.push_back(point);
   }

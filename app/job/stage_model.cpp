@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/job/by_axis.hpp"
 #include "app/job/held_out.hpp"
 #include "app/job/identification.hpp"
 #include "app/job/stages.hpp"
@@ -257,7 +258,10 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
 
 StageResult run_geometry(const Campaign& campaign, const Json& parameters) {
   StageResult out;
-  out.correction = ModelCorrection{fit(campaign, parameters, out).model};
+  const RobotModel model = fit(campaign, parameters, out).model;
+  const std::string by_axis = left_by_axis(model, campaign);
+  if (!by_axis.empty()) out.words.push_back(by_axis);
+  out.correction = ModelCorrection{model};
   return out;
 }
 

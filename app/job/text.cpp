@@ -26,7 +26,9 @@ Json summary_json(const std::optional<store::Summary>& s) {
 
 std::string cells(const std::optional<store::Summary>& s) {
   if (!s) return fmt::format("{:>9}{:>9}{:>9}", "-", "-", "-");
-  return fmt::format("{:9.4f}{:9.4f}{:9.4f}", s->mean, s->p95, s->max);
+  const int decimals = s->max < 0.01 ? 6 : 4;  // micrometres in mm
+  return fmt::format("{:9.{}f}{:9.{}f}{:9.{}f}", s->mean, decimals, s->p95, decimals, s->max,
+                     decimals);
 }
 
 }  // namespace

@@ -159,8 +159,10 @@ std::string machine_line(const Machine& machine) {
     const Chain c = geometry_of(machine).chains[0];
     text += fmt::format("R {:g}, S {:g}, r {:g} mm, ", c.R_mm, c.S_mm, c.r_mm);
   }
-  text += fmt::format("screw lead {:g} mm; zeroed at ({:g}, {:g}) mm", fmt::join(leads_mm, ", "),
-                      machine.home.x_mm, machine.home.y_mm);
+  text += fmt::format("screw lead {:g} mm; zeroed at ", fmt::join(leads_mm, ", "));
+  text += machine.kind->n_chains == 1
+              ? fmt::format("{:g} mm", machine.home.x_mm)
+              : fmt::format("({:g}, {:g}) mm", machine.home.x_mm, machine.home.y_mm);
   if (machine.kind->has_point_platform()) return text;
   return text + fmt::format(", {:g} deg", deg_from_rad(machine.home.phi_rad));
 }

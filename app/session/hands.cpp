@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/mechanism/machine_solver.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 
 namespace trammel::session {
 
@@ -199,6 +199,8 @@ Failure Hands::measure(const device::Occasion& occasion, device::PoseReport& see
                                [asked](Devices& d) { return d.tracker->measure(asked); });
   if (failure.any()) return failure;
   if (!plausible(seen.pose)) return of(Status::fault, "tracker: its answer is no pose");
+  // A tracker sees more than an axis has: what the machine does not state as measured is left out.
+  seen.pose = NominalMachine(devices_->machine).measured_else(seen.pose, {});
   measured_at_ = pose_;
   return {};
 }

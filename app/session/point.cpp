@@ -141,11 +141,12 @@ Failure Runner::read(const device::Occasion& occasion, store::NewReading& stored
 Failure Runner::judge(const store::NewReading& stored) const {
   const double following_mm =
       devices_->motion.following_mm > 0 ? devices_->motion.following_mm : kFollowingMm;
-  const double rails_mm =
-      (*stored.encoder_mm - stored.reading.conditions.cmd_mm).cwiseAbs().maxCoeff();
-  if (!(rails_mm <= following_mm)) {
-    return unsafe(fmt::format("a rail stands {:.3f} mm from its command (gate {:g} mm)", rails_mm,
-                              following_mm));
+  int worst = 0;
+  const double off_drive_mm =
+      (*stored.encoder_mm - stored.reading.conditions.cmd_mm).cwiseAbs().maxCoeff(&worst);
+  if (!(off_drive_mm <= following_mm)) {
+    return unsafe(fmt::format("{} stands {:.3f} mm from its command (gate {:g} mm)",
+                              drive_name(devices_->machine, worst), off_drive_mm, following_mm));
   }
   const Pose& target = stored.reading.target;
   const Reading* near = nearest(measured_, target);

@@ -117,9 +117,16 @@ std::string amount(const IdentifiedCombination& c) {
   const double unit = c.is_angle ? deg_from_rad(1) : 1;
   const bool plain = c.unit == "deg" || c.unit == "mm";
   char text[120], value[40] = "";
-  if (c.value) std::snprintf(value, sizeof value, plain ? "%.4f " : "%.4g ", unit * *c.value);
-  std::snprintf(text, sizeof text, plain ? "%s+- %.4f%s (k = 2)" : "%s+- %.2g%s (k = 2)", value,
-                2 * unit * c.standard_uncertainty, after_number(c.unit).c_str());
+  const double U = 2 * unit * c.standard_uncertainty;
+  const int decimals = U < 0.001 ? 6 : 4;  // as identified_table: zeros say nothing
+  if (c.value && plain) std::snprintf(value, sizeof value, "%.*f ", decimals, unit * *c.value);
+  if (c.value && !plain) std::snprintf(value, sizeof value, "%.4g ", unit * *c.value);
+  if (plain) {
+    std::snprintf(text, sizeof text, "%s+- %.*f%s (k = 2)", value, decimals, U,
+                  after_number(c.unit).c_str());
+  } else {
+    std::snprintf(text, sizeof text, "%s+- %.2g%s (k = 2)", value, U, after_number(c.unit).c_str());
+  }
   return text;
 }
 
@@ -283,8 +290,9 @@ std::vector<std::string> in_words(const Identifiability& of,
   std::vector<std::string> words;
   char text[400];
   std::snprintf(text, sizeof text,
-                "rank %d of %d: %d combinations of the %d parameters are identified, %d are not",
-                of.rank, n, of.rank, n, n - of.rank);
+                "rank %d of %d: %d combination%s of the %d parameters %s identified, %d %s not",
+                of.rank, n, of.rank, of.rank == 1 ? "" : "s", n, of.rank == 1 ? "is" : "are",
+                n - of.rank, n - of.rank == 1 ? "is" : "are");
   words.emplace_back(text);
   if (of.rank_machine > of.rank) {
     std::snprintf(

@@ -106,6 +106,15 @@ class Builder {
   [[nodiscard]] double lead_mm(int rail) const {
     return space_.machine.drives[static_cast<std::size_t>(rail)].lead_mm;
   }
+  /// "readings in x, y, phi", those that are measured.
+  [[nodiscard]] std::string readings_in_all() const {
+    std::string text;
+    for (std::size_t c = 0; c < kCoordinateNames.size(); ++c) {
+      if (!is_measured(static_cast<int>(c))) continue;
+      text += (text.empty() ? "readings in " : ", ") + std::string(kCoordinateNames[c]);
+    }
+    return text;
+  }
   /// The same function in every coordinate that is measured.
   [[nodiscard]] std::vector<DeviationOf> in_all_readings(const Scalar& f) const;
   [[nodiscard]] std::vector<DeviationOf> along_all_rails(const Scalar& f) const;
@@ -372,7 +381,7 @@ void add_time_shapes(Builder& builder) {
     const Scalar step = [=](const Reading& r, const Moment& m) {
       return t(r, m) >= at ? 1.0 : 0.0;
     };
-    builder.add("readings in x, y, phi", text("a shift at %.2f h", at),
+    builder.add(builder.readings_in_all(), text("a shift at %.2f h", at),
                 builder.in_all_readings(step));
     builder.add(builder.all_drives(), text("a shift at %.2f h", at), builder.along_all_rails(step));
   }
@@ -406,16 +415,20 @@ void add_pose_shapes(Builder& builder) {
                   "all", terms);
     }
   }
+  const bool in_plane = builder.rails() > 1;
   // x and y together, about the centre: fields that turn or stretch by more the farther out
   for (int degree = 1; degree <= 2; ++degree) {
     const auto farther = [=](const Moment& m) {
       return std::pow(std::hypot(m.pose.x_mm, m.pose.y_mm) / kLeverMm, degree) / kLeverMm;
     };
-    builder.add("readings, turned about the centre",
-                "growing with the distance to the power of " + std::to_string(degree),
-                {[=](const Reading&, const Moment& m) {
-                  return Deviation{.dX = {-m.pose.y_mm * farther(m), m.pose.x_mm * farther(m), 0}};
-                }});
+    if (in_plane) {
+      builder.add(
+          "readings, turned about the centre",
+          "growing with the distance to the power of " + std::to_string(degree),
+          {[=](const Reading&, const Moment& m) {
+            return Deviation{.dX = {-m.pose.y_mm * farther(m), m.pose.x_mm * farther(m), 0}};
+          }});
+    }
     builder.add("readings, stretched about the centre",
                 "growing with the distance to the power of " + std::to_string(degree),
                 {[=](const Reading&, const Moment& m) {
@@ -424,7 +437,7 @@ void add_pose_shapes(Builder& builder) {
   }
   const Regions regions = builder.regions();
   for (int ix = -1; ix <= 1; ++ix) {
-    for (int iy = -1; iy <= 1; ++iy) {
+    for (int iy = in_plane ? -1 : 0; iy <= (in_plane ? 1 : 0); ++iy) {
       const double cx = regions.x_mm + regions.step_mm * ix;
       const double cy = regions.y_mm + regions.step_mm * iy;
       const Scalar bump = [=](const Reading&, const Moment& m) {
@@ -432,8 +445,9 @@ void add_pose_shapes(Builder& builder) {
         const double dy = (m.pose.y_mm - cy) / regions.width_mm;
         return std::exp(-dx * dx - dy * dy);
       };
-      builder.add(text("region around x %.0f, y %.0f mm", cx, cy), "all",
-                  builder.in_all_readings(bump));
+      builder.add(in_plane ? text("region around x %.0f, y %.0f mm", cx, cy)
+                           : text("region around x %.0f mm", cx),
+                  "all", builder.in_all_readings(bump));
     }
   }
   const Scalar turned = [](const Reading&, const Moment& m) {
@@ -441,12 +455,13 @@ void add_pose_shapes(Builder& builder) {
   };
   if (builder.range(turned).width() < 0.1) return;
   for (int degree = 1; degree <= 3; ++degree) {
-    builder.add("readings in x, y, phi, degree " + std::to_string(degree) + " in the orientation",
-                "all", builder.in_all_readings([=](const Reading& r, const Moment& m) {
-                  return std::pow(turned(r, m), degree);
-                }));
+    builder.add(
+        builder.readings_in_all() + ", degree " + std::to_string(degree) + " in the orientation",
+        "all", builder.in_all_readings([=](const Reading& r, const Moment& m) {
+          return std::pow(turned(r, m), degree);
+        }));
   }
-  builder.add("readings in x, y, phi, by the pose times the orientation", "all",
+  builder.add(builder.readings_in_all() + ", by the pose times the orientation", "all",
               {reading(0, [=](const Reading& r,
                               const Moment& m) { return turned(r, m) * m.pose.x_mm / kLeverMm; }),
                reading(0, [=](const Reading& r,

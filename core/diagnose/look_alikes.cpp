@@ -75,17 +75,17 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
           for (const double r : radii) sum += (c.cmd_mm - follow(home_mm, c, r)) / r;
           return Displacements(sum / static_cast<double>(radii.size()));
         };
-    kinds.push_back({.effects = {"backlash"},
-                     .name = "hysteresis",
-                     .what = "rails whose friction remembers the path",
-                     .when = when,
-                     .basis =
-                         [taken, off_path](const Reading& r, const Moment&, int k) {
-                           const auto on = taken.find(r.seq);
-                           return along(
-                               k, -(on != taken.end() ? on->second : off_path(r.conditions))[k]);
-                         },
-                     .rarity = kEvidence20To1 / 2});
+    kinds.push_back(
+        {.effects = {"backlash"},
+         .name = "hysteresis",
+         .what = drives_name(*space.machine.kind) + " whose friction remembers the path",
+         .when = when,
+         .basis =
+             [taken, off_path](const Reading& r, const Moment&, int k) {
+               const auto on = taken.find(r.seq);
+               return along(k, -(on != taken.end() ? on->second : off_path(r.conditions))[k]);
+             },
+         .rarity = kEvidence20To1 / 2});
   };
   // one play, or as many of neighbouring octaves with one weight: a hysteresis of some width
   constexpr std::size_t kOctaves = std::size(kRadiiMm);
@@ -107,7 +107,7 @@ void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
   for (const double d : kLengthsMm) {
     kinds.push_back({.effects = {"backlash"},
                      .name = "move_memory",
-                     .what = "rails that remember the last move",
+                     .what = drives_name(*space.machine.kind) + " that remember the last move",
                      .when = "decaying over " + length(d),
                      .basis =
                          [d](const Reading&, const Moment& m, int k) {
@@ -166,7 +166,7 @@ void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
   for (const int within_min : {5, 10, 15, 20, 30}) {
     kinds.push_back({.effects = {"thermal_growth", "tracker_drift"},
                      .name = "settling",
-                     .what = "rails that settle after the start",
+                     .what = drives_name(*space.machine.kind) + " that settle after the start",
                      .when = "within " + std::to_string(within_min) + " min",
                      .basis = [=](const Reading& r, const Moment&, int k) {
                        const double since_s = *r.conditions.time_s - first_s;
@@ -183,7 +183,7 @@ void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
   for (const double lag_min : kLagsMin) {
     kinds.push_back({.effects = {"thermal_growth", "tracker_drift"},
                      .name = "lagged_growth",
-                     .what = "rails that follow the thermometer",
+                     .what = drives_name(*space.machine.kind) + " that follow the thermometer",
                      .when = std::to_string(static_cast<int>(lag_min)) + " min late",
                      .basis =
                          [late = LaggingThermometer(record, 60 * lag_min)](const Reading& r,
@@ -224,9 +224,17 @@ std::vector<Pretender> kinds_for(const ResidualSpace& space, const std::vector<R
   std::vector<Pretender> kinds = {
       {.effects = {"backlash"},
        .name = "lost motion",
-       .what = "rails that lose motion",
+       .what = drives_name(*space.machine.kind) + " that lose motion",
        .when = "in proportion to the last move",
-       .basis = [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }}};
+       .basis = [](const Reading&, const Moment& m, int k) { return along(k, m.travel_mm[k]); }},
+      // five sixths of it are a lead error, to any test that looks at what such an error leaves
+      {.effects = {"lead_scale", "lead_curvature"},
+       .name = "cubic lead",
+       .what = drives_name(*space.machine.kind) + " that err",
+       .when = "with the cube of travel",
+       .basis = [](const Reading&, const Moment& m, int k) {
+         return along(k, m.s_mm[k] * m.s_mm[k] * m.s_mm[k]);
+       }}};
   add_memory(space, path, kinds);
   add_slow(space, path, kinds);
   add_tilts(kinds);

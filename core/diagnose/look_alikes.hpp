@@ -2,7 +2,7 @@
 // What looks like an effect that the search names, and is another thing: friction that remembers
 // the path, or motion lost in proportion to the move, for backlash; rails that follow the
 // thermometer late, or settle after the start, for thermal growth or a drift; a tilted measuring
-// plane for a scale.
+// plane for a scale; an error with the cube of travel for one of the lead.
 
 #include <span>
 #include <string>

@@ -57,20 +57,36 @@ std::vector<Place> bounds_of(const std::vector<Reading>& readings) {
   return convex_hull(places);
 }
 
-/// Poses of a lattice over `bounds` at several orientations. With `by_direction` each from all
-/// directions; else each from one, in turn, so that the next session is blind to none.
+/// The lead of the axis along `direction` (0: x, 1: y) of a point platform; 0 where there is none.
+double lead_along_mm(const Machine& machine, int direction) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(machine.kind->n_chains); ++i) {
+    const double alpha_rad = machine.chains[i][0];
+    const double along = direction == 0 ? std::cos(alpha_rad) : std::sin(alpha_rad);
+    if (machine.kind->has_point_platform() && along * along > 0.5) return machine.drives[i].lead_mm;
+  }
+  return 0;
+}
+
+/// Poses of a lattice over `bounds` at several orientations; that of a point platform meets its
+/// screws at phases of all kinds, where even steps of whole turns would meet one. With
+/// `by_direction` each from all directions; else each from one, in turn, so that the next session
+/// is blind to none.
 std::vector<Visit> candidates(const Machine& machine, const std::vector<Place>& bounds,
                               const Conditions& there, double approach_mm, bool by_direction) {
   const int half = by_direction ? 2 : 3;  // lattice points to either side
   const Extent all_of = extent(bounds);
-  const auto at_step = [half](double low, double high, int k) {
-    return (low + high) / 2 + (high - low) / 2 / half * k;
+  const auto at_step = [&](double low, double high, int k, int direction) {
+    constexpr double kGolden = 0.618;  // its multiples, less whole turns, are spread evenly
+    const double step = (high - low) / 2 / half, turns = kGolden * std::abs(k);
+    const double inwards =
+        std::min(lead_along_mm(machine, direction) * (turns - std::floor(turns)), step / 2);
+    return (low + high) / 2 + step * k - (k > 0 ? inwards : -inwards);
   };
   std::vector<Place> places;
   for (int ix = -half; ix <= half; ++ix) {
     for (int iy = -half; iy <= half; ++iy) {
-      const Place place{at_step(all_of.low.x_mm, all_of.high.x_mm, ix),
-                        at_step(all_of.low.y_mm, all_of.high.y_mm, iy)};
+      const Place place{at_step(all_of.low.x_mm, all_of.high.x_mm, ix, 0),
+                        at_step(all_of.low.y_mm, all_of.high.y_mm, iy, 1)};
       if (inside(bounds, place)) places.push_back(place);
     }
   }

@@ -60,7 +60,7 @@ bool happened(const Shape& shape) {
                      [&](const char* word) { return shape.when.find(word) != std::string::npos; });
 }
 
-constexpr const char* kRailByRail = "each rail by itself under a linear scale or interferometer";
+constexpr const char* kRailByRail = "each drive by itself under a linear scale or interferometer";
 
 /// Another measurement, which shows an effect apart from all others. The tracker's own come first,
 /// since no pose of the robot shows them; an effect that is not listed acts on rails.
@@ -72,7 +72,7 @@ constexpr Instrument kInstruments[] = {
     {"tracker_scale", "a reference length (scale bar) with the tracker"},
     {"tracker_drift", "a fixed reflector on the base, again and again"},
     {"platform_load", "the same points with the payload taken off, or a known weight put on"},
-    {"guide_bow", "the rails with a straightedge or alignment laser"},
+    {"guide_bow", "the guides with a straightedge or alignment laser"},
     {"thermal_growth", "the same travel cold and warm under a linear scale"}};
 
 std::string other_instruments(const std::vector<int>& effects) {

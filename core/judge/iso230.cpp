@@ -281,7 +281,7 @@ std::vector<Iso230> iso230(const Machine& machine, std::span<const Reading> read
   if (all.empty()) {
     Iso230 none;
     for (const std::string& name : kNames) {
-      refuse(none, name, "no rail was measured alone: plan it with `trammel plan create rail`");
+      refuse(none, name, "no drive was measured alone: plan it with `trammel plan create rail`");
     }
     all.push_back(std::move(none));
   }

@@ -480,7 +480,7 @@ class Search {
     if (home_.ok()) {
       const Displacements home = home_.l_mm;
       consider(
-          Mistake::mechanism, "commands count from home, not from each rail's zero",
+          Mistake::mechanism, "commands count from home, not from each drive's zero",
           distance({.solver = solver_,
                     .drives = [home](const Displacements& l) { return Displacements(l - home); }},
                    commands_, targets_)

@@ -108,7 +108,7 @@ std::string sentence_of(const Effect& effect, const Machine& machine,
 std::string to_string(Need need) {
   switch (need) {
     case Need::travel:
-      return "travel along the rails";
+      return "travel of the drives";
     case Need::direction:
       return "more than one direction of approach";
     case Need::temperature:

@@ -29,7 +29,8 @@ class Checker {
   std::vector<Violation> take() { return std::move(found_); }
 
   void add(int seq, Place place, What what, int rail = 0, double got = 0, double limit = 0) {
-    found_.push_back({seq, place, what, rail, got, limit});
+    found_.push_back({seq, place, what, rail, got, limit,
+                      rail > 0 ? drive_name(solver_.machine(), rail - 1) : ""});
   }
 
   bool limits(int seq, Place place, const Displacements& l_mm) {
@@ -186,7 +187,7 @@ void require_margins(const CheckOptions& o) {
 std::string describe(const Violation& v) {
   std::string text = v.seq > 0 ? "point " + std::to_string(v.seq) + ", " : "";
   text += std::string(name_of(v.place)) + ": ";
-  if (v.rail > 0) text += "rail " + std::to_string(v.rail) + " ";
+  if (!v.drive.empty()) text += v.drive + " ";
   text += name_of(v.what);
   if (v.got == 0 && v.limit == 0) return text;
   std::array<char, 80> numbers{};

@@ -37,9 +37,10 @@ struct Violation {
   int seq = 0;
   Place place = Place::target;
   What what = What::not_finite;
-  int rail = 0;      // from 1; 0 where it is no rail's fault
+  int rail = 0;      // from 1; 0 where it is no drive's fault
   double got = 0;    // displacement or distance in mm, speed in mm/s, or the singularity margin
   double limit = 0;  // what it was held against
+  std::string drive = {};  // "rail 2", "y axis"; empty where it is no drive's fault
 };
 const char* name_of(Violation::What what);
 const char* name_of(Violation::Place place);

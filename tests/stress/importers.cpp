@@ -139,7 +139,7 @@ std::vector<Importer> importers(const fs::path& folder) {
   all.push_back({"campaign", "campaign.json", {head}, beside("readings.csv"), campaign_there});
   all.push_back({"readings", "readings.csv", {readings}, beside("campaign.json"), campaign_there});
   all.push_back({"commands", "commands.csv", {commands_of(readings)}, {}, [](const fs::path& file) {
-                   static_cast<void>(read_commands_csv(file, paper_mechanism()));
+                   static_cast<void>(read_commands_csv(file, machine_of(paper_mechanism())));
                  }});
   all.push_back({"plan", "plan.json", {plan_text()}, {}, [](const fs::path& file) {
                    static_cast<void>(read_plan(file));

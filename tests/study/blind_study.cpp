@@ -66,7 +66,7 @@ Kind hidden_kind(const std::vector<std::string>& hidden, double rho, const std::
 /// Beyond it an effect would be larger than instruments make it.
 double largest_rho(const std::string& family) { return family == "tracker_scale" ? 9 : 1000; }
 
-/// Machines that are no 3-PRR, with what can be large on them: "3-PPR, clean", "3-RPR, backlash rho
+/// Machines that are no 3-PRR, with what can be large on them: "3-PPR, clean", "XY, backlash rho
 /// 14".
 std::vector<Kind> kinds_of_machines() {
   const std::vector<std::pair<std::string, std::vector<std::string>>> machines = {
@@ -75,10 +75,34 @@ std::vector<Kind> kinds_of_machines() {
         "belt_period"}},
       {"3-RPR",
        {"lead_scale", "lead_curvature", "screw_periodic", "backlash", "thermal_growth",
-        "tracker_drift", "setup_shift", "cubic_lead"}}};
+        "tracker_drift", "setup_shift", "cubic_lead"}},
+      {"XY", {"lead_scale",  "lead_curvature", "screw_periodic", "backlash",      "thermal_growth",
+              "guide_bow",   "guide_yaw",      "tracker_drift",  "tracker_scale", "setup_shift",
+              "cubic_lead",  "rail_bump",      "half_turn",      "belt_period",   "start_transient",
+              "lost_motion", "thermal_lag",    "hysteresis",     "move_memory",   "overshoot"}},
+      {"X",
+       {"lead_scale", "lead_curvature", "screw_periodic", "backlash", "thermal_growth",
+        "tracker_drift", "tracker_scale", "setup_shift", "cubic_lead", "rail_bump", "half_turn",
+        "belt_period", "start_transient", "lost_motion", "thermal_lag", "hysteresis", "move_memory",
+        "overshoot"}}};
   std::vector<Kind> all;
   for (const auto& [machine, hidden] : machines) {
-    all.push_back({machine + ", clean", design_of(machine), {}});
+    const Design usual = design_of(machine);
+    all.push_back({machine + ", clean", usual, {}});
+    if (find_machine_kind(machine)->has_point_platform()) {
+      const auto clean = [&](const char* how, void (*change)(Design&)) {
+        Design design = usual;
+        change(design);
+        all.push_back({machine + ", clean, " + how, design, {}});
+      };
+      clean("2 epochs", [](Design& d) { d.epochs = 2; });
+      clean("one direction", [](Design& d) { d.one_direction = true; });
+      clean("sigma +30 %", [](Design& d) { d.stated_over_true = 1.3; });
+      clean("sigma -30 %", [](Design& d) { d.stated_over_true = 0.7; });
+      clean("correlated 0.3", [](Design& d) { d.correlation = 0.3; });
+      clean("Student t5", [](Design& d) { d.student = 5; });
+      clean("30 points", [](Design& d) { d.thinning = 0.2; });
+    }
     for (const double rho : {14.0, 28.0}) {
       for (const std::string& name : hidden) {
         all.push_back(hidden_kind({name}, rho, "", design_of(machine)));
@@ -219,20 +243,23 @@ int main(int argc, char** argv) {
   CLI::App app{"How often the diagnosis is right, silent or wrong"};
   int cases = 20, first = 0, threads = 2;
   std::uint64_t seed = 1;
-  std::vector<std::string> only;
+  std::vector<std::string> only, but;
   bool verbose = false, demand = false;
   app.add_option("--cases", cases, "campaigns of each kind");
   app.add_option("--seed", seed, "of the first campaign");
   app.add_option("--only", only, "kinds whose name contains this, or one of these");
+  app.add_option("--but", but, "leave out kinds whose name contains this");
   app.add_option("--threads", threads, "campaigns at a time");
   app.add_option("--first", first, "number of the first campaign of each kind (0)");
   app.add_flag("--verbose", verbose, "a line for each answer that was given");
   app.add_flag("--demand", demand, "fail (exit code 1) when an answer is wrong");
   CLI11_PARSE(app, argc, argv);
-  const auto asked = [&only](const Kind& kind) {
-    return only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& part) {
-             return kind.name.find(part) != std::string::npos;
-           });
+  const auto asked = [&](const Kind& kind) {
+    const auto has = [&](const std::string& part) {
+      return kind.name.find(part) != std::string::npos;
+    };
+    return (only.empty() || std::any_of(only.begin(), only.end(), has)) &&
+           std::none_of(but.begin(), but.end(), has);
   };
   std::printf("%-46s %5s %5s %5s %5s %6s %5s | %5s %5s %5s | %9s %9s\n", "kind", "cases", "named",
               "ambig", "silent", "unexpl", "WRONG", "right", "abst.", "wrong", "values", "closed");

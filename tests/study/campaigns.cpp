@@ -21,15 +21,25 @@ namespace {
 using Eigen::Vector3d;
 using simulate::Truth;
 
-/// One to three rails, each with a size of either sign; never all zero.
-Vector3d on_some_rails(Random& random, bool positive = false) {
+/// One to all of `n` drives, each with a size of either sign; never all zero.
+Vector3d on_some_drives(Random& random, int n, bool positive = false) {
   Vector3d v = Vector3d::Zero();
-  const int rails = 1 + static_cast<int>(random.below(3));
-  for (int i = 0; i < rails; ++i) {
+  const auto most = static_cast<std::uint64_t>(n);
+  const int drives = 1 + static_cast<int>(random.below(most));
+  for (int i = 0; i < drives; ++i) {
     const double sign = positive || random.uniform() < 0.5 ? 1 : -1;
-    v[static_cast<int>(random.below(3))] = sign * random.uniform(0.5, 1);
+    v[static_cast<int>(random.below(most))] = sign * random.uniform(0.5, 1);
   }
   return v;
+}
+
+int drives(const Truth& t) { return t.nominal.kind->n_chains; }
+int one_drive(Random& random, const Truth& t) {
+  return static_cast<int>(random.below(static_cast<std::uint64_t>(drives(t))));
+}
+/// In the middle of what a campaign reaches.
+double middle_mm(const Truth& t, int drive) {
+  return t.nominal.kind->chain == &kPrrChain ? 262 : drives_of(t.nominal, t.nominal.home)[drive];
 }
 
 Random dice(std::uint64_t seed) { return Random::stream(seed, "family"); }
@@ -39,17 +49,17 @@ std::vector<Family> make_families() {
       {"lead_scale", true,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.lead_scale = size * 1e-3 * on_some_rails(r);
+         t.drive.lead_scale = size * 1e-3 * on_some_drives(r, drives(t));
        }},
       {"lead_curvature", true,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.lead_curvature_per_mm = size * 5e-6 * on_some_rails(r);
+         t.drive.lead_curvature_per_mm = size * 5e-6 * on_some_drives(r, drives(t));
        }},
       {"screw_periodic", true,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         const Vector3d a = size * 0.02 * on_some_rails(r);
+         const Vector3d a = size * 0.02 * on_some_drives(r, drives(t));
          for (int i = 0; i < 3; ++i) {
            const double phase = r.uniform(0, 2 * kPi);
            t.drive.screw_sin_mm[i] = a[i] * std::cos(phase);
@@ -59,12 +69,12 @@ std::vector<Family> make_families() {
       {"backlash", true,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.backlash_mm = size * 0.03 * on_some_rails(r, true);
+         t.drive.backlash_mm = size * 0.03 * on_some_drives(r, drives(t), true);
        }},
       {"thermal_growth", true,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_rails(r, true);
+         t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_drives(r, drives(t), true);
        }},
       {"axis_crosstalk", true,
        [](Truth& t, double size, std::uint64_t seed) {
@@ -82,12 +92,12 @@ std::vector<Family> make_families() {
       {"guide_bow", true,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.guide_bow_per_mm = size * 1e-5 * on_some_rails(r);
+         t.drive.guide_bow_per_mm = size * 1e-5 * on_some_drives(r, drives(t));
        }},
       {"tracker_drift", true,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         const double angle = r.uniform(0, 2 * kPi);
+         const double angle = drives(t) > 1 ? r.uniform(0, 2 * kPi) : 0;
          t.tracker.drift_per_h = {size * 0.05 * std::cos(angle), size * 0.05 * std::sin(angle), 0};
        }},
       {"tracker_scale", true,
@@ -98,51 +108,54 @@ std::vector<Family> make_families() {
       {"guide_yaw", true,  // of a passive guide
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.guide_yaw_rad_per_mm = size * rad_from_deg(3e-5) * on_some_rails(r);
+         t.drive.guide_yaw_rad_per_mm = size * rad_from_deg(3e-5) * on_some_drives(r, drives(t));
        }},
       // outside the catalogue
       {"setup_shift", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
          const double angle = r.uniform(0, 2 * kPi);
-         t.shifts.push_back({r.uniform(2000, 6500),
+         // while what is fitted is read, which takes less than half as long on a stage of axes
+         const double share = t.nominal.kind->has_point_platform() ? 0.45 : 1;
+         t.shifts.push_back({share * r.uniform(2000, 6500),
                              {size * 0.03 * std::cos(angle), size * 0.03 * std::sin(angle), 0}});
        }},
       {"cubic_lead", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.lead_cubic_per_mm2 = size * 5e-8 * on_some_rails(r);
+         t.drive.lead_cubic_per_mm2 = size * 5e-8 * on_some_drives(r, drives(t));
        }},
       {"rail_bump", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.bumps.push_back({static_cast<int>(r.below(3)), 262 + r.uniform(-60, 60),
-                            r.uniform(12, 30), size * 0.05});
+         const int drive = one_drive(r, t);
+         const double centre_mm = middle_mm(t, drive) + r.uniform(-60, 60);
+         t.bumps.push_back({drive, centre_mm, r.uniform(12, 30), size * 0.05});
        }},
       {"half_turn", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
          const double phase = r.uniform(0, 2 * kPi);
-         t.harmonics.push_back({static_cast<int>(r.below(3)), 5, size * 0.02 * std::cos(phase),
-                                size * 0.02 * std::sin(phase)});
+         t.harmonics.push_back(
+             {one_drive(r, t), 5, size * 0.02 * std::cos(phase), size * 0.02 * std::sin(phase)});
        }},
       {"belt_period", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
          const double phase = r.uniform(0, 2 * kPi);
-         t.harmonics.push_back({static_cast<int>(r.below(3)), r.uniform(13, 37),
-                                size * 0.02 * std::cos(phase), size * 0.02 * std::sin(phase)});
+         t.harmonics.push_back({one_drive(r, t), r.uniform(13, 37), size * 0.02 * std::cos(phase),
+                                size * 0.02 * std::sin(phase)});
        }},
       {"start_transient", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.transient_mm = size * 0.1 * on_some_rails(r);
+         t.drive.transient_mm = size * 0.1 * on_some_drives(r, drives(t));
          t.drive.transient_tau_s = r.uniform(300, 1200);
        }},
       {"lost_motion", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.stick_slip = size * 2e-3 * on_some_rails(r, true);
+         t.drive.stick_slip = size * 2e-3 * on_some_drives(r, drives(t), true);
        }},
       {"tracker_swirl", false,
        [](Truth& t, double size, std::uint64_t seed) {
@@ -152,13 +165,13 @@ std::vector<Family> make_families() {
       {"thermal_lag", false,
        [](Truth& t, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_rails(r, true);
+         t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_drives(r, drives(t), true);
          t.drive.thermal_lag_s = r.uniform(1200, 2400);
        }},
       {"hysteresis", false, nullptr,
        [](Beyond& b, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         b.play_mm = size * 0.02 * on_some_rails(r, true);
+         b.play_mm = size * 0.02 * on_some_drives(r, b.drives, true);
          b.radii_mm.clear();
          for (const double radius : {2.0, 4.0, 8.0, 16.0, 32.0}) {
            if (r.uniform() < 0.6) b.radii_mm.push_back(radius);
@@ -168,13 +181,13 @@ std::vector<Family> make_families() {
       {"move_memory", false, nullptr,
        [](Beyond& b, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         b.memory_mm = size * 0.02 * on_some_rails(r, true);
+         b.memory_mm = size * 0.02 * on_some_drives(r, b.drives, true);
          b.memory_length_mm = r.uniform(1.5, 6);
        }},
       {"overshoot", false, nullptr,
        [](Beyond& b, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         b.memory_mm = -size * 0.02 * on_some_rails(r, true);
+         b.memory_mm = -size * 0.02 * on_some_drives(r, b.drives, true);
          b.memory_length_mm = 1e6;
        }},
       {"plane_tilt", false, nullptr,
@@ -191,7 +204,27 @@ struct Visit {
   ReadingSet set;
 };
 
+/// Places of a point platform, by chance: those of a lattice would meet a screw at one phase. A
+/// quarter is visited twice.
+std::vector<Visit> visits_of_axes(const Design& design, int n_axes, Random& random) {
+  const double half_mm = 100 * design.reach;
+  std::vector<Visit> all;
+  const auto place = [&](ReadingSet set) {
+    const double x_mm = random.uniform(-half_mm, half_mm);
+    all.push_back({{x_mm, n_axes > 1 ? random.uniform(-half_mm, half_mm) : 0, 0}, set});
+  };
+  const int fitted = static_cast<int>(120 * design.thinning);
+  for (int i = 0; i < fitted; ++i) place(ReadingSet::identify);
+  for (int i = 0; i < fitted / 4; ++i) {
+    all.push_back(all[random.below(static_cast<std::uint64_t>(fitted))]);
+  }
+  for (int i = 0; i < 40; ++i) place(ReadingSet::validate);
+  return all;
+}
+
 std::vector<Visit> visits(const Design& design, Random& random) {
+  const MachineKind& kind = *find_machine_kind(design.machine);
+  if (kind.has_point_platform()) return visits_of_axes(design, kind.n_chains, random);
   std::vector<Visit> all;
   const std::vector<double> turns_deg =
       design.name == "paper" ? std::vector<double>{0} : std::vector<double>{-4, 0, 4};
@@ -234,7 +267,7 @@ std::vector<Reading> plan_readings(const Design& design, const Machine& machine,
     r.conditions.cmd_mm = solver.drives(r.target).l_mm;
     r.conditions.from_mm = at;
     if (design.name != "paper") {
-      for (int k = 0; k < 3; ++k)
+      for (int k = 0; k < machine.kind->n_chains; ++k)
         r.conditions.from_mm[k] =
             r.conditions.cmd_mm[k] + (random.uniform() < 0.5 && !design.one_direction ? 1 : -1) *
                                          design.reach * random.uniform(2, 10);
@@ -273,13 +306,17 @@ Truth make_truth(const Design& design, std::uint64_t seed) {
     set_geometry(built, random_geometry(random, 1));
     truth.actual = built.chains;
   } else {
-    for (const MachineParameter& p : parameters_of(*truth.nominal.kind)) {
+    const MachineKind& kind = *truth.nominal.kind;
+    for (const MachineParameter& p : parameters_of(kind)) {
+      // An angle of a square axis acts as its cosine alone, which is an error of its lead.
+      const bool cosine = p.is_angle && kind.has_point_platform();
+      if (cosine && (kind.n_chains == 1 || p.name.starts_with("alpha"))) continue;
       truth.actual[static_cast<std::size_t>(p.chain)][p.place] += p.tolerance * random.normal();
     }
   }
   for (int e = 0; e < design.epochs; ++e) {
     simulate::EpochTruth epoch;
-    for (int i = 0; e > 0 && i < 3; ++i) epoch.l_zero_mm[i] = 0.05 * random.normal();
+    for (int i = 0; e > 0 && i < drives(truth); ++i) epoch.l_zero_mm[i] = 0.05 * random.normal();
     if (e > 0)
       epoch.frame = {0.05 * random.normal(), 0.05 * random.normal(),
                      rad_from_deg(0.01) * random.normal()};
@@ -358,9 +395,11 @@ void measure(std::vector<Reading>& readings, const Truth& truth, const Beyond& b
     const double kept = i > 0 ? rho : 0;
     for (double& e : noise) e = kept * e + std::sqrt(1 - kept * kept) * other_noise(random, design);
     const simulate::TrackerTruth& t = truth.tracker;
-    r.measured =
-        Pose::from(r.measured->vector() +
-                   noise.cwiseProduct(Vector3d(t.sigma_xy_mm, t.sigma_xy_mm, t.sigma_phi_rad)));
+    Vector3d sigma(t.sigma_xy_mm, t.sigma_xy_mm, t.sigma_phi_rad);
+    for (int k = 0; k < 3; ++k) {
+      if (!truth.nominal.measured[static_cast<std::size_t>(k)]) sigma[k] = 0;
+    }
+    r.measured = Pose::from(r.measured->vector() + noise.cwiseProduct(sigma));
   }
 }
 
@@ -417,11 +456,12 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   campaign.readings = plan_readings(design, campaign.machine, seed);
   const TrackerSigma sigma{design.sigma_xy_mm, rad_from_deg(design.sigma_phi_deg)};
   Truth truth = make_truth(design, seed);
-  Beyond beyond;
+  const int n_drives = campaign.machine.kind->n_chains;
+  Beyond beyond{.drives = n_drives};
   for (std::size_t k = 0; k < hidden.size(); ++k) {
     const std::uint64_t own = mix(seed, hidden[k]->name, k);
     Truth alone = make_truth(design, seed);
-    Beyond beside;
+    Beyond beside{.drives = n_drives};
     put_in(*hidden[k], 1, own, alone, beside);
     measure(campaign.readings, alone, beside, design, true);
     const double chi2 = surviving_chi2(campaign.machine, campaign.readings, sigma);
@@ -439,6 +479,9 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
 }
 
 Design design_of(const std::string& machine) {
+  if (find_machine_kind(machine)->has_point_platform()) {
+    return {.machine = machine, .sigma_xy_mm = 0.0005, .sigma_phi_deg = 0.0003};
+  }
   if (machine != "3-PPR") return {.machine = machine};
   return {.machine = machine, .reach = 0.03, .sigma_xy_mm = 0.0005, .sigma_phi_deg = 0.0003};
 }

@@ -33,6 +33,7 @@ struct Design {
 
 /// What the virtual robot does not do: drives that follow the path, a tilted measuring plane.
 struct Beyond {
+  int drives = 3;
   Eigen::Vector3d play_mm = Eigen::Vector3d::Zero();  // -v mean over radii of (l - F_r) / r
   std::vector<double> radii_mm = {};
   Eigen::Vector3d memory_mm = Eigen::Vector3d::Zero();  // -v dir exp(-|move| / length)
@@ -72,7 +73,8 @@ const Family& family(const std::string& name);
 std::map<std::string, double> parameters_of(const simulate::Truth& truth);
 
 /// How a machine of this kind is measured: a UVW stage of +-5 mm on a thirtieth of the paper's
-/// square by an instrument of 0.5 um, others as the paper's.
+/// square by an instrument of 0.5 um; an XY stage and an axis at random places of +-100 mm, by the
+/// same; others as the paper's.
 Design design_of(const std::string& machine);
 
 HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t seed,

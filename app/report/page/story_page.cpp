@@ -191,7 +191,7 @@ Json next_points(const Source& source, const store::Job& job, const Json& detail
   return figure({"next-points", title,
                  fmt::format("{} points that would tell most [mm]; small marks are where was "
                              "measured. Beside each its orientation in deg and the direction in "
-                             "which each rail approaches it. trammel plan and session run take "
+                             "which each drive approaches it. trammel plan and session run take "
                              "them as they are.",
                              next.size())},
                 "next-points", {{"measured", fitted_targets}, {"next", next}});

@@ -55,3 +55,30 @@ TEST_CASE("a coordinate that no instrument reads stops no session and is no erro
   refused({"calibrate", "geometry", "half", "--effects", "platform_load"},
           "one of lead_scale, lead_curvature, screw_periodic, backlash");
 }
+
+TEST_CASE(
+    "a protocol's lattice is a line on a stage of one axis, its directions those of its drive",
+    "[cli]") {
+  const tests::TemporaryFolder folder;
+  folder.write("robot.json",
+               nlohmann::ordered_json{{"format", "robot/1"},
+                                      {"mechanism", machine_json(starting_machine("X"))},
+                                      {"tracker", {{"sigma_xy_mm", 0.001}}}}
+                   .dump());
+  const auto protocol = [&](const std::string& grid) {
+    folder.write("protocol.json", R"({"format": "protocol/1", "name": "p",
+      "stage": "sim:robot.json", "steps": [{"name": "fit", "kind": "measure",
+        "plan": {"approaches": [[1], [-1]], )" +
+                                      grid +
+                                      R"(}},
+      {"name": "geo", "kind": "calibrate", "method": "geometry", "sessions": ["fit"]}]})");
+    return run_here({"protocol", "run", "protocol.json"}, folder.path());
+  };
+  const auto beside = protocol(R"("grid": "circle", "centre_mm": [0, 200])");
+  CHECK(beside.exit_code == 4);
+  CHECK_THAT(beside.err, Contains("lies on the machine's axis"));
+  const auto line = protocol(R"("grid": "lattice")");
+  INFO(line.err);
+  CHECK(line.exit_code == 0);
+  CHECK_THAT(line.err, Contains("42 points"));  // 21 from either side
+}

@@ -4,7 +4,7 @@
 
 #include "app/device/galil.hpp"
 #include "app/device/t2sa.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;
@@ -24,11 +24,10 @@ struct Bench {
     GalilSettings s;
     s.controller = {"127.0.0.1", lab.stage_server.port()};
     s.reply_timeout_s = s.margin_s = s.settle_timeout_s = wait_s;
-    s.mechanism = mechanism_of(lab.robot.robot().truth().nominal);
-    const InverseResult home = inverse(s.mechanism.geometry, s.mechanism.home);
-    home_mm = home.l_mm;
-    for (std::size_t i = 0; i < kChains; ++i) {
-      s.axes[i] = {"ABC"[i], 10, 8192, 1, 1, home.l_mm[static_cast<int>(i)]};
+    s.machine = lab.robot.robot().truth().nominal;
+    home_mm = drives_of(s.machine, s.machine.home);
+    for (int i = 0; i < s.machine.kind->n_chains; ++i) {
+      s.axes.push_back({"ABC"[i], 10, 8192, 1, 1, home_mm[i]});
     }
     s.poll_s = 0;
     s.settle_s = 0;

@@ -7,7 +7,7 @@
 #include <map>
 #include <mutex>
 
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/scripted_server.hpp"
 
@@ -134,10 +134,10 @@ GalilSettings settings_for(const Controller& controller) {
   GalilSettings s;
   s.controller = {"127.0.0.1", controller.server.port()};
   s.connect_timeout_s = 10;
-  s.mechanism = paper_mechanism();
-  const InverseResult home = inverse(s.mechanism.geometry, s.mechanism.home);
-  for (std::size_t i = 0; i < kChains; ++i) {
-    s.axes[i] = {"ABC"[i], 10, 8192, 1, i == 1 ? -1 : 1, home.l_mm[static_cast<int>(i)]};
+  s.machine = machine_of(paper_mechanism());
+  const Displacements home_mm = drives_of(s.machine, s.machine.home);
+  for (int i = 0; i < kChains; ++i) {
+    s.axes.push_back({"ABC"[i], 10, 8192, 1, i == 1 ? -1 : 1, home_mm[i]});
   }
   s.poll_s = 0;
   s.settle_s = 0;

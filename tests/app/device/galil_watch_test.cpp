@@ -30,10 +30,9 @@ struct Watched {
     s.controller = {"127.0.0.1", server.port()};
     s.watch_host_s = 0.4;
     s.poll_s = s.settle_s = 0;
-    s.mechanism = paper_mechanism();
-    for (std::size_t i = 0; i < kChains; ++i) {
-      s.axes[i].letter = "ABC"[i];
-      s.axes[i].zero_mm = home()[static_cast<int>(i)];
+    s.machine = machine_of(paper_mechanism());
+    for (int i = 0; i < kChains; ++i) {
+      s.axes.push_back({.letter = "ABC"[i], .zero_mm = home()[i]});
     }
     return s;
   }
@@ -50,7 +49,7 @@ TEST_CASE("the program stops the axes it is given when it is not fed, and then s
   s.watch_host_s = 0.5;
   s.speed_mm_s = 20;
   s.acceleration_mm_s2 = 100;
-  for (std::size_t i = 0; i < kChains; ++i) s.axes[i].letter = "BDF"[i];
+  for (const char letter : {'B', 'D', 'F'}) s.axes.push_back({.letter = letter});
   CHECK(host_watch_program(s) == std::vector<std::string>{"#HOST", "hostfed=0", "WT 250",
                                                           "JP #HOST,hostfed=1", "STBDF", "WT 700",
                                                           "MOBDF", "EN"});

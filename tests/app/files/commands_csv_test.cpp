@@ -1,7 +1,7 @@
 #include "app/files/commands_csv.hpp"
 
 #include "core/error.hpp"
-#include "core/mechanism/inverse.hpp"
+#include "core/mechanism/machine_solver.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/temporary.hpp"
@@ -13,10 +13,10 @@ TEST_CASE("a command moves from where the one before ended, the first from home"
   const auto file = folder.write("c.csv",
                                  "cmd_l1_mm,cmd_l2_mm,cmd_l3_mm,epoch,temp_degc,x_note\n"
                                  "260,261,262,2,21.5,mine\n263,264,265,,,\n");
-  const Mechanism robot = paper_mechanism();
+  const Machine robot = machine_of(paper_mechanism());
   const std::vector<CommandRow> rows = read_commands_csv(file, robot);
   REQUIRE(rows.size() == 2);
-  CHECK(rows[0].conditions.from_mm == inverse(robot.geometry, robot.home).l_mm);
+  CHECK(rows[0].conditions.from_mm == drives_of(robot, robot.home));
   CHECK(rows[0].conditions.epoch == 2);
   CHECK(rows[0].conditions.temp_degc == 21.5);
   CHECK(rows[1].conditions.from_mm == Displacements(260, 261, 262));
@@ -28,7 +28,7 @@ TEST_CASE("a command moves from where the one before ended, the first from home"
 TEST_CASE("a readings.csv serves as commands", "[exchange]") {
   const auto rows = read_commands_csv(
       tests::source_folder() + "/tests/support/campaigns/drive-error/readings.csv",
-      paper_mechanism());
+      machine_of(paper_mechanism()));
   CHECK(rows.size() > 80);
 }
 
@@ -47,11 +47,26 @@ TEST_CASE("commands that cannot be meant are refused with line and field", "[exc
   for (const Bad& bad : all) {
     CAPTURE(bad.text);
     try {
-      static_cast<void>(read_commands_csv(folder.write("c.csv", bad.text), paper_mechanism()));
+      static_cast<void>(
+          read_commands_csv(folder.write("c.csv", bad.text), machine_of(paper_mechanism())));
       FAIL("accepted");
     } catch (const InputError& error) {
       CHECK(error.text().where.line == bad.line);
       CHECK(error.text().where.field == bad.field);
     }
   }
+}
+
+TEST_CASE("commands of an XY stage have two drives, and a third is refused by its column",
+          "[exchange]") {
+  const tests::TemporaryFolder folder;
+  const Machine stage = starting_machine("XY");
+  const auto rows = read_commands_csv(
+      folder.write("c.csv", "cmd_l1_mm,cmd_l2_mm,from_l1_mm,from_l2_mm\n5,-6,4,-7\n"), stage);
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].conditions.cmd_mm == Displacements(5, -6, 0));
+  CHECK(rows[0].conditions.from_mm == Displacements(4, -7, 0));
+  CHECK_THROWS_WITH(
+      read_commands_csv(folder.write("c.csv", "cmd_l1_mm,cmd_l2_mm,cmd_l3_mm\n1,2,3\n"), stage),
+      Contains("c.csv:1:21") && Contains("a drive that the machine has not"));
 }

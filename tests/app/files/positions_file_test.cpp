@@ -133,4 +133,46 @@ TEST_CASE("an RTL file comes back where its targets do, and where it is said", "
   CHECK(axis(rtl(up), {.unit = "um", .runs = "both-ways"}).rows[3].direction == -1);
   CHECK(axis(rtl(up), {.unit = "um", .runs = "one-way"}).rows[3].direction == 1);
   CHECK_THROWS_WITH(axis(rtl("  2  4  1\r\n"), {.unit = "um"}), Contains("target 4"));
+  std::string otherwise = rtl(back);  // as other versions head the two lists
+  otherwise.replace(otherwise.find("Targets :"), 9, "Target positions (mm):");
+  otherwise.replace(otherwise.find("Run Target Data:"), 16, "Run No. Target No. Data:");
+  CHECK(axis(otherwise, {.unit = "um"}).rows.size() == 6);
+}
+
+TEST_CASE("a bare coordinate is what the other column of it is not", "[files]") {
+  for (const char* header :
+       {"x_mm,y_mm,measured_x_mm,measured_y_mm",
+        "x_mm,y_mm,actual x position mm,actual y position mm", "target_x_mm,target_y_mm,x_mm,y_mm",
+        "X axis command mm,Y axis command mm,X real mm,Y real mm",
+        "target position x mm,target position y mm,position x mm,position y mm"}) {
+    INFO(header);
+    const PositionsFile file = grid(std::string(header) + "\n10,20,10.001,19.998\n");
+    CHECK(file.rows[0].target == Pose{10, 20, 0});
+    CHECK(file.rows[0].measured == Pose{10.001, 19.998, 0});
+  }
+  CHECK_THROWS_WITH(grid("x_mm,y_mm\n1,2\n"), Contains("commanded"));  // the control
+}
+
+TEST_CASE("a node without a measured position is missed, a half of one is refused", "[files]") {
+  const std::string header = "x_mm,y_mm,measured_x_mm,measured_y_mm\n";
+  const PositionsFile file = grid(header + "0,0,0.001,0.002\n10,0,,\n20,0,20.001,0.001\n");
+  CHECK(file.rows.size() == 2);
+  CHECK(file.missed == 1);
+  CHECK_THROWS_WITH(grid(header + "0,0,0.001,\n"), Contains("grid.csv:2") && Contains("number"));
+}
+
+TEST_CASE("a comma is the decimal sign where it parts no columns", "[files]") {
+  const PositionsFile file =
+      grid("x_mm;y_mm;measured_x_mm;measured_y_mm\n-10;20,5;-10,0015;20,502\n");
+  CHECK(file.rows[0].target == Pose{-10, 20.5, 0});
+  CHECK(file.rows[0].measured == Pose{-10.0015, 20.502, 0});
+  CHECK_THROWS_WITH(grid("x_mm;y_mm;measured_x_mm;measured_y_mm\n1;2;1,0,5;2\n"),
+                    Contains("1,0,5"));
+}
+
+TEST_CASE("a table without names, and an axis that it has not, are refused by what is there",
+          "[files]") {
+  CHECK_THROWS_WITH(grid("5,7,5.001,7.002\n10,0,10.001,0\n"), Contains("names the columns"));
+  CHECK_THROWS_WITH(axis("axis,target_mm,position_mm\none,1,1\ntwo,1,1\n", {.axis = "three"}),
+                    Contains("three") && Contains("one, two"));
 }

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "app/job/plane_table.hpp"
+#include "core/error.hpp"
 #include "core/units.hpp"
 #include "tests/support/catch.hpp"
 

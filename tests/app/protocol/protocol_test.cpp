@@ -161,7 +161,7 @@ TEST_CASE("what the schema refuses the reader refuses, naming the path", "[proto
       {changed([&](Json& p) { p["steps"][diagnose]["method"] = "lsq"; }), "steps[10].method"},
       {changed([](Json& p) { p["steps"][1]["method"] = "diagnose"; }), "steps[1].method"},
       {changed([](Json& p) {
-         p["steps"][0]["approach"] = {1, 1};
+         p["steps"][0]["approach"] = {1, 1, 0, 1};
        }),
        "steps[0].approach"},
       {changed([](Json& p) {
@@ -215,7 +215,7 @@ TEST_CASE("what the schema refuses the reader refuses, naming the path", "[proto
        }),
        "steps[2].plan.approaches"},
       {real([](Json& p) {
-         p["steps"][2]["plan"]["approaches"] = Json::array({Json::array({1, 1})});
+         p["steps"][2]["plan"]["approaches"] = Json::array({Json::array({1, 1, 0, 1})});
        }),
        "steps[2].plan.approaches"},
       {real([](Json& p) { p["steps"][3].erase("html"); }), "steps[3]"},

@@ -24,6 +24,17 @@ inline Plan small_plan() {
   return build_plan(request);
 }
 
+/// The same points, as far as a machine has coordinates and drives.
+inline Plan plan_on(const Machine& machine, Plan plan) {
+  const auto n = static_cast<std::size_t>(machine.kind->n_chains);
+  for (PlannedPoint& point : plan.points) {
+    if (n < 2) point.target.y_mm = 0;
+    if (n < 3) point.target.phi_rad = machine.home.phi_rad;
+    for (std::size_t i = n; i < point.approach.size(); ++i) point.approach[i] = 0;
+  }
+  return plan;
+}
+
 inline session::Request request_for(const Plan& plan, const std::string& session = "s") {
   session::Request request;
   request.campaign = "c";

@@ -25,19 +25,21 @@ class SlowCampaign : public SocketCampaign {
   std::atomic<bool> stalls = false;        // the tracker's link
   std::atomic<bool> stage_stalls = false;  // the stage's
 
-  explicit SlowCampaign(double start_mm, double watch_host_s = 0)
-      : SocketCampaign(two_points(), options(start_mm, watch_host_s)) {
+  explicit SlowCampaign(double start_mm, double watch_host_s = 0,
+                        const simulate::Truth& truth = emulated_truth())
+      : SocketCampaign(two_points(truth.nominal), options(start_mm, watch_host_s, truth)) {
     around.stop_signals = [this] { return signals.load(); };
     lab.to_tracker.late_s = [this](std::string_view) { return stalls ? 2.0 : 0.0; };
     lab.to_stage.late_s = [this](std::string_view) { return stage_stalls ? 2.0 : 0.0; };
   }
-  static Plan two_points() {
-    Plan plan = small_plan();
+  static Plan two_points(const Machine& machine) {
+    Plan plan = plan_on(machine, small_plan());
     plan.points.resize(2);
     return plan;
   }
-  static SocketOptions options(double start_mm, double watch_host_s) {
+  static SocketOptions options(double start_mm, double watch_host_s, const simulate::Truth& truth) {
     SocketOptions options;
+    options.truth = truth;
     options.watch_host_s = watch_host_s;
     options.step_s = 0;  // the world's own time
     options.reply_timeout_s = 5;
@@ -60,7 +62,7 @@ class SlowCampaign : public SocketCampaign {
         "--session",
         "s",
         "--plan",
-        folder.write("plan.json", plan_json(two_points()).dump()).string(),
+        folder.write("plan.json", plan_json(request.plan).dump()).string(),
         "--plan-check",
         request.plan_check,
         "--stage",
@@ -77,11 +79,16 @@ class SlowCampaign : public SocketCampaign {
       ::execv(argv[0], argv.data());
       ::_exit(127);
     }
-    await("BGABC");
+    await(begins());
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     return child;
   }
 
+  /// The line with which all drives begin.
+  [[nodiscard]] std::string begins() const {
+    const int n = lab.robot.robot().truth().nominal.kind->n_chains;
+    return "BG" + std::string("ABC").substr(0, static_cast<std::size_t>(n));
+  }
   /// Waits for the n-th line that begins so.
   void await(std::string_view line, int n = 1) const {
     const auto patience = Clock::now() + std::chrono::seconds(30);

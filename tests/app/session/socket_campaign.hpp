@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/files/machine_json.hpp"
 #include "app/session/plan_record.hpp"
 #include "store/verify.hpp"
 #include "tests/app/emulate/client.hpp"
@@ -187,6 +188,12 @@ class SocketCampaign {
     stage["controller"]["port"] = lab.stage_server.port();
     stage["controller"]["reply_timeout_s"] = options.reply_timeout_s;
     if (options.watch_host_s > 0) stage["controller"]["watch_host_s"] = options.watch_host_s;
+    const Machine& machine = options.truth.nominal;
+    if (machine.kind->name != stage["mechanism"]["type"]) {
+      stage["mechanism"] = machine_json(machine);
+      auto& axes = stage["axes"];
+      axes.erase(axes.begin() + machine.kind->n_chains, axes.end());
+    }
     stage["motion"]["following_mm"] = options.following_mm;
     stage["motion"]["poll_s"] = 0;
     // In the world's own time a motor needs some to come to rest.

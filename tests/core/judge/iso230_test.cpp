@@ -236,7 +236,7 @@ TEST_CASE("ISO 230-2 symbols are refused with the reason", "[assess]") {
         iso230(m, walked(build_plan({.name = "x", .groups = {{"rail 1", {{10, 10, 0}}}}}), none));
     REQUIRE(rails.size() == 1);
     CHECK(rails[0].rail == 0);
-    CHECK_THAT(rails[0].symbols[0].reason, Contains("no rail was measured alone"));
+    CHECK_THAT(rails[0].symbols[0].reason, Contains("no drive was measured alone"));
   }
 }
 

@@ -152,15 +152,15 @@ TEST_CASE("each kind of violation is described in its own unit", "[plan]") {
   CHECK(describe({.seq = 7,
                   .place = Place::path,
                   .what = What::upper_limit,
-                  .rail = 2,
                   .got = 611.2,
-                  .limit = 598}) ==
+                  .limit = 598,
+                  .drive = "rail 2"}) ==
         "point 7, path: rail 2 above upper limit: 611.200 mm, limit 598.000 mm");
   CHECK(describe({.seq = 5, .what = What::singular, .got = 0.076, .limit = 0.1}) ==
         "point 5, target: near singular: margin 0.076, at least 0.100");
   CHECK(describe({.seq = 3, .what = What::disordered, .got = 3, .limit = 2}) ==
         "point 3, target: out of order: got 3, expected 2");
-  CHECK(describe({.seq = 2, .what = What::unreachable, .rail = 1}) ==
+  CHECK(describe({.seq = 2, .what = What::unreachable, .drive = "rail 1"}) ==
         "point 2, target: rail 1 out of reach");
 }
 
