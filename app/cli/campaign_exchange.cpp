@@ -12,6 +12,7 @@
 #include "app/files/stored_campaign.hpp"
 #include "app/files/tracker_clock.hpp"
 #include "app/job/screening.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/measure/gross.hpp"
 #include "core/units.hpp"
 #include "store/open.hpp"
@@ -88,11 +89,12 @@ store::ImportResult store_or_try(const StoreIt& store_it, bool dry_run, const Co
 
 std::string imported_text(const store::ImportResult& result, bool dry_run,
                           const Campaign& campaign) {
-  return fmt::format("{} campaign {}: {} readings",
+  return fmt::format("{} campaign {}: {}",
                      result.already_stored ? "already stored:"
                      : dry_run             ? "dry run, would import"
                                            : "imported",
-                     printable(campaign.name), campaign.readings.size());
+                     printable(campaign.name),
+                     terminal::counted(campaign.readings.size(), "reading"));
 }
 
 /// A campaign that the screen let in.
@@ -182,8 +184,9 @@ ExitCode run_campaign_export(const CampaignExportOptions& options, Context& cont
                                       {"dry_run", options.dry_run}});
   } else {
     context.print(fmt::format(
-        "{} campaign {}: {} readings to {}", options.dry_run ? "would export" : "exported",
-        printable(campaign.name), file.campaign.readings.size(), printable(options.folder)));
+        "{} campaign {}: {} to {}", options.dry_run ? "would export" : "exported",
+        printable(campaign.name), terminal::counted(file.campaign.readings.size(), "reading"),
+        printable(options.folder)));
   }
   return ExitCode::ok;
 }

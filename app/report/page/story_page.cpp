@@ -10,6 +10,7 @@
 #include "app/report/from_job.hpp"
 #include "app/report/page/source.hpp"
 #include "app/report/print.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/mechanism/displacements.hpp"
 #include "core/units.hpp"
@@ -37,7 +38,7 @@ std::string points_words(const std::vector<PointsOf>& points) {
   return text.empty() ? "no new points" : text;
 }
 
-Json waterfall(const StoryRound& round, std::size_t number) {
+Json waterfall(const Source& source, const StoryRound& round, std::size_t number) {
   Json steps = Json::array();
   const auto value = [](const std::optional<double>& v) {
     return v ? Json(drawn(*v)) : Json(nullptr);
@@ -54,11 +55,11 @@ Json waterfall(const StoryRound& round, std::size_t number) {
        fmt::format("The gap at each step, round {}: {}", number, round.verdict),
        fmt::format("rms of measured - simulated per coordinate [mm]; pale: what this step closed. "
                    "Fitted: in-sample, {} more than the round before. {} A perfect model leaves "
-                   "{:.4f} mm.",
+                   "{:.{}f} mm.",
                    points_words(round.fitted),
                    judged ? fmt::format("Unseen: held-out, {}.", points_words(round.judged))
                           : "No unseen readings: nothing judges it.",
-                   round.noise_floor_mm)},
+                   round.noise_floor_mm, decimals(source, Figure::position_mm))},
       "waterfall", {{"steps", steps}, {"floor", drawn(round.noise_floor_mm)}});
 }
 
@@ -79,7 +80,7 @@ std::string value_words(const EffectRow& effect) {
     text += fmt::format("{}{} {:.{}f} +- {:.{}f}{}", text.empty() ? "" : ", ", v.name, v.value,
                         decimals, v.std, decimals, last && v.unit != "1" ? " " + v.unit : "");
   }
-  if (!effect.seqs.empty()) text = fmt::format("{} readings", effect.seqs.size());
+  if (!effect.seqs.empty()) text = terminal::counted(effect.seqs.size(), "reading");
   return text;
 }
 
@@ -189,11 +190,10 @@ Json next_points(const Source& source, const store::Job& job, const Json& detail
                     {"why", p.group}});
   }
   return figure({"next-points", title,
-                 fmt::format("{} points that would tell most [mm]; small marks are where was "
-                             "measured. Beside each its orientation in deg and the direction in "
-                             "which each rail approaches it. trammel plan and session run take "
-                             "them as they are.",
-                             next.size())},
+                 fmt::format("{} that would decide most [mm]; small marks are where was measured. "
+                             "Beside each its orientation in deg and the direction in which each "
+                             "rail approaches it. `trammel plan create next-points` writes them.",
+                             points_in_words(next.size()))},
                 "next-points", {{"measured", fitted_targets}, {"next", next}});
 }
 
@@ -239,13 +239,17 @@ Json story_section(const Source& source) {
   std::vector<std::string> words;
   Json items = Json::array();
   std::size_t number = 0;
+  int n_fitted = 0;
   for (const StoryRound& round : source.report.story) {
+    const std::string before =
+        n_fitted == 0 ? "" : fmt::format(", beside the {} of the round before", n_fitted);
+    for (const PointsOf& p : round.fitted) n_fitted += p.n;
     std::string named;
     for (const EffectRow& e : round.effects) named += (named.empty() ? "" : " + ") + e.name;
-    words.push_back(fmt::format("Round {} (job {}): {}; named {}; fitted {}.", ++number,
+    words.push_back(fmt::format("Round {} (job {}): {}; named {}; fitted {}{}.", ++number,
                                 round.job_id, round.verdict, named.empty() ? "nothing" : named,
-                                points_words(round.fitted)));
-    items.push_back(waterfall(round, number));
+                                points_words(round.fitted), before));
+    items.push_back(waterfall(source, round, number));
   }
   if (const Json* notes = find(details, "notes")) {
     for (const Json& note : *notes) words.push_back(note.get<std::string>());

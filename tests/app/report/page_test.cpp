@@ -35,7 +35,8 @@ class Imported {
   }
   [[nodiscard]] report::Json page() const {
     store::Connection db = store::open(folder_.path() / "trammel.db", store::Access::read_only);
-    return report::page_json(db, store::require_campaign(db, "drive-error"));
+    const store::CampaignRow campaign = store::require_campaign(db, "drive-error");
+    return report::page_json(db, campaign, report::gather(db, campaign));
   }
   [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
 
@@ -199,7 +200,8 @@ TEST_CASE("points are asked for with orientation and approach, until they are me
   };
   const auto asked = [&folder] {
     store::Connection db = store::open(folder.path() / "trammel.db", store::Access::read_only);
-    return items(report::page_json(db, store::require_campaign(db, "lab"))).at("next-points");
+    const store::CampaignRow lab = store::require_campaign(db, "lab");
+    return items(report::page_json(db, lab, report::gather(db, lab))).at("next-points");
   };
   run({"plan", "create", "paper-80", "--out", "first.json"});
   measure("first.json");
