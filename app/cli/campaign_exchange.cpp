@@ -59,7 +59,7 @@ void require_one_source(const CampaignImportOptions& o) {
                      "--axis FILE"});
   }
   if (points && o.layout.empty()) {
-    throw UsageError({.what = "nothing says what the points mean",
+    throw UsageError({.what = "no layout explains the points",
                       .where = {.field = "--layout"},
                       .hint = "copy one from examples/tracker-files"});
   }
@@ -201,11 +201,11 @@ void setup_campaign_exchange(Command app, Context& context) {
   import.option("--layout", in->layout, "points: what its rows mean (layout/1)").type("FILE");
   import
       .option("--mechanism", in->mechanism,
-              "points: mechanism file (as the layout says); grid, axis: machine file (assumed)")
+              "points: mechanism file (as in the layout); grid, axis: machine file (assumed)")
       .type("FILE");
-  import.option("--plan", in->plan, "points: plan that was measured (as the layout says)")
+  import.option("--plan", in->plan, "points: plan that was measured (as in the layout)")
       .type("PLAN");
-  import.option("--date", in->date, "points: how dates are written (as the layout says)")
+  import.option("--date", in->date, "points: how dates are written (as in the layout)")
       .one_of(date_order_names());
   import
       .option("--grid", in->grid,

@@ -423,7 +423,7 @@ void setup_predict(Command model, Context& context) {
   c.option("CAMPAIGN", o->campaign, "Name or uuid").required();
   c.option("VERSION", o->version, "Number of the version, or last").required();
   c.option("--pose", o->poses,
-           "x mm,y mm,phi deg (repeatable): asked for of a controller without correction, one "
+           "x mm,y mm,phi deg (repeatable): commanded to a controller without correction, one "
            "after the other from home")
       .delimiter(',');
   c.option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per rail")

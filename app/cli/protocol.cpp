@@ -368,7 +368,7 @@ void setup_protocol(Command app, Context& context) {
       "run", "Measure, calibrate, compensate, measure again; resumes, and skips what is done");
   run.option("FILE", options->file, "protocol/1, as examples/paper/protocol.json").required();
   run.option("--confirm", options->confirmed,
-             "What this pause asks for is done (asked on a terminal); several with commas")
+             "The pause of this name is over (a terminal shows a prompt); several with commas")
       .delimiter(',')
       .type("PAUSE");
   run.flag("--dry-run", options->dry_run,

@@ -228,12 +228,12 @@ void setup_session_control(Command app, Context& context) {
   auto paused = std::make_shared<AskOptions>();
   verb(session, context, "pause", "Ask the runner to pause after the point; resume goes on", paused,
        run_pause)
-      .flag("--dry-run", paused->dry_run, "print which process it is; it is not asked");
+      .flag("--dry-run", paused->dry_run, "print which process measures, and leave it alone");
   auto stopped = std::make_shared<AskOptions>();
   Command stop =
       verb(session, context, "stop", "Ask the runner to stop after the point", stopped, run_stop);
   stop.flag("--now", stopped->now, "at once: the point is given up");
-  stop.flag("--dry-run", stopped->dry_run, "print which process it is; it is not asked");
+  stop.flag("--dry-run", stopped->dry_run, "print which process measures, and leave it alone");
   auto recovered = std::make_shared<AskOptions>();
   verb(session, context, "recover",
        "Take in readings that were kept aside when the database could not be written", recovered,

@@ -103,9 +103,10 @@ TEST_CASE("a real stage without a look at its plan is shown the line that record
   const std::string stage = tests::source_folder() + "/examples/stage/galil.json";
   REQUIRE(run_here({"plan", "create", "lattice", "--step", "50", "--out", "p.json"}, folder.path())
               .exit_code == 0);
-  const Finished refused = run_here({"session", "run", "lab", "--plan", "p.json", "--stage",
-                                     "galil:" + stage, "--tracker", "t2sa:nowhere.json"},
-                                    folder.path());
+  const Finished refused =
+      run_here({"session", "run", "lab", "--plan", "p.json", "--stage", "galil:" + stage,
+                "--tracker", "t2sa:" + tests::source_folder() + "/examples/stage/t2sa.json"},
+               folder.path());
   CHECK(refused.exit_code == 6);
   const std::string line = next_of(refused);
   CHECK(line == "trammel plan check p.json --mechanism " + stage + " --record p.check.json");
