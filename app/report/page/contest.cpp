@@ -69,19 +69,17 @@ Json contest_section(const Source& source) {
     predicted = predicted || c.paired.predicted;
   }
   const auto& floor = source.report.floor_mean_mm;
-  items.push_back(
-      bars.empty()
-          ? absent("contest", title, "No calibration was judged on readings yet.")
-          : figure({"contest", title,
-                    std::string("mm, on one baseline; whiskers: 95 % interval of the mean "
-                                "(Student's t over the points)") +
-                        (floor ? fmt::format("; line: mean length of a perfect reading, {:.{}f} mm",
-                                             *floor, decimals(source, Figure::position_mm))
-                               : "") +
-                        (predicted ? "; *: predicted from the readings before, not measured again."
-                                   : ".")},
-                   "contest",
-                   {{"bars", bars}, {"floor", floor ? Json(drawn(*floor)) : Json(nullptr)}}));
+  if (!bars.empty()) {
+    items.push_back(figure(
+        {"contest", title,
+         std::string("mm, on one baseline; whiskers: 95 % interval of the mean "
+                     "(Student's t over the points)") +
+             (floor ? fmt::format("; line: mean length of a perfect reading, {:.{}f} mm", *floor,
+                                  decimals(source, Figure::position_mm))
+                    : "") +
+             (predicted ? "; *: predicted from the readings before, not measured again." : ".")},
+        "contest", {{"bars", bars}, {"floor", floor ? Json(drawn(*floor)) : Json(nullptr)}}));
+  }
   items.push_back(folds(source));
   std::vector<std::string> words;
   if (const auto& c = source.report.contest) {

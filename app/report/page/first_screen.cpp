@@ -147,16 +147,17 @@ Json warnings(const Source& source, const Comparison* best) {
 }  // namespace
 
 Json verdict_section(const Source& source) {
-  const char* title = "Position error before and after";
-  const char* why = "No calibration of this campaign has readings to judge it.";
   const Comparison* best = headline(source);
-  return section("verdict", "Verdict",
-                 Json::array({best == nullptr ? absent("before-after", "Before and after", why)
-                                              : before_after_table(source, *best),
-                              named_table(source),
-                              best == nullptr ? absent("headline", title, why)
-                                              : map_figure(source, *best, "headline", title),
-                              warnings(source, best)}));
+  Json items = Json::array(
+      {best == nullptr ? absent("before-after", "Before and after",
+                                "No calibration of this campaign has readings to judge it.")
+                       : before_after_table(source, *best),
+       named_table(source)});
+  if (best != nullptr) {
+    items.push_back(map_figure(source, *best, "headline", "Position error before and after"));
+  }
+  items.push_back(warnings(source, best));
+  return section("verdict", "Verdict", items);
 }
 
 }  // namespace trammel::report

@@ -38,7 +38,7 @@ Json section(const std::string& id, const std::string& title, Json items,
 
 double drawn(double value) {
   const double size = std::abs(value);
-  if (size >= 0.001 || size < 1e-12) return rounded(value, 5);
+  if (size >= 0.001 || size < 1e-7) return rounded(value, 5);
   return rounded(value, 2 - static_cast<int>(std::floor(std::log10(size))));
 }
 

@@ -47,7 +47,7 @@ Json page_json(store::Connection& connection, const store::CampaignRow& campaign
   for (const auto section :
        {verdict_section, method_section, contest_section, story_section, residual_section,
         circle_section, fit_section, plan_section, facts_section}) {
-    sections.push_back(section(source));
+    if (Json made = section(source); !made.is_null()) sections.push_back(std::move(made));
   }
   if (report.tolerance) {
     sections.insert(sections.begin() + 1, tolerance_section(*report.tolerance));

@@ -218,11 +218,7 @@ Json residual_items(const Source& source, const store::Job& job) {
 Json residual_section(const Source& source) {
   const char* title = "Residuals, and the named effect's curve through them";
   const auto diagnosis = source.jobs.find("diagnose");
-  if (diagnosis == source.jobs.end()) {
-    return section("residuals", title,
-                   Json::array({absent("residuals", "Residuals",
-                                       "No diagnosis was made: trammel diagnose CAMPAIGN.")}));
-  }
+  if (diagnosis == source.jobs.end()) return nullptr;
   try {
     return section("residuals", title, residual_items(source, diagnosis->second));
   } catch (const InputError& error) {

@@ -25,7 +25,7 @@ struct Source {
 };
 
 // One section each, in the page's order. A figure that the campaign has no data for is absent and
-// says why.
+// says why, once in the page: a section without any is null.
 Json verdict_section(const Source& source);
 Json plan_section(const Source& source);
 Json method_section(const Source& source);

@@ -231,9 +231,7 @@ Json story_section(const Source& source) {
   const char* title = "Where simulation and measurement part, and why";
   const auto diagnosis = source.jobs.find("diagnose");
   if (diagnosis == source.jobs.end() || source.report.story.empty()) {
-    return section("story", title,
-                   Json::array({absent("gap", "The gap at each step",
-                                       "No diagnosis was made: trammel diagnose CAMPAIGN.")}));
+    return nullptr;
   }
   const Json details = Json::parse(diagnosis->second.data.result_json).at("details");
   std::vector<std::string> words;
