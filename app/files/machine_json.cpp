@@ -252,7 +252,8 @@ void write_campaign_machine(const Machine& machine, nlohmann::ordered_json& camp
 }
 
 Machine read_any_machine(Fields fields) {
-  if (fields.has("format") || fields.has("kind")) return read_machine(fields);
+  const bool says_nothing = !fields.has("type") && !fields.has("chains");
+  if (says_nothing || fields.has("format") || fields.has("kind")) return read_machine(fields);
   const Machine machine = machine_of(read_mechanism(fields));
   validate_in(machine, fields);
   return machine;

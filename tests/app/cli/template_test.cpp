@@ -126,4 +126,6 @@ TEST_CASE(
       CHECK_THAT(error.text().hint, Contains("trammel template"));
     }
   }
+  folder.write("b.json", "{}");
+  CHECK_THAT(run_here({"mechanism", "check", "b.json"}, folder.path()).err, Contains("machine/1"));
 }

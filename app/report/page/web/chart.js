@@ -38,7 +38,7 @@ const text = { color: ink, fontSize: 12, fontFamily: 'system-ui, sans-serif' };
 
 // Okabe and Ito's colours, which the colour-blind tell apart, without the yellow that white swallows.
 const distinct = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#000000'];
-export const shapes = ['circle', 'triangle', 'rect', 'diamond', 'emptyCircle', 'emptyTriangle', 'emptyRect'];
+export const shapes = ['circle', 'triangle', 'rect', 'diamond', 'emptyCircle', 'emptyTriangle'];
 
 export const base = {
   animation: false, color: distinct,
