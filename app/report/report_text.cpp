@@ -202,7 +202,7 @@ std::string parameter_line(const ParameterRow& p) {
   const std::string name = p.epoch > 1 ? fmt::format("{} (epoch {})", p.name, p.epoch) : p.name;
   const std::string value =
       p.identified
-          ? fmt::format("{:>9.4f} {:<4} +- {:<8.4f}", p.value, p.unit, p.standard_uncertainty)
+          ? fmt::format("{:>9.4f} {:<4} +- {:<8.4f}", p.value, p.unit, 2 * p.standard_uncertainty)
           : fmt::format("{:>9} {:<4}", p.dropped ? "dropped" : "-", p.unit);
   std::string line = fmt::format("  {:<26} {:<27} {}", name, value,
                                  p.paper ? fmt::format("{:>9.4f}", *p.paper) : "");
@@ -229,7 +229,7 @@ std::string identification_text(const Identification& found, bool published) {
   text += terminal::wrapped(
       std::string("-: not identified by itself, so no number is given") +
       (published ? "; the paper's there are one of many solutions that fit as well" : "") +
-      ". +-: one standard uncertainty" +
+      ". +-: U (k = 2)" +
       (found.explained
            ? std::string(".")
            : fmt::format(

@@ -62,19 +62,19 @@ std::string gap_text(const StoryRound& round, int decimals) {
   return text;
 }
 
-/// Two digits of the standard deviation, and no more of the value: "0.00404 +- 0.00013".
-std::string with_deviation(double value, double std) {
-  if (!(std > 0)) return fmt::format("{:g}", value);
-  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(std))));
-  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, std, decimals);
+/// Two digits of the uncertainty, and no more of the value: "0.00404 +- 0.00026".
+std::string with_uncertainty(double value, double U) {
+  if (!(U > 0)) return fmt::format("{:g}", value);
+  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(U))));
+  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, U, decimals);
 }
 
-/// "k_1 = 0.00404 +- 0.00013, …".
+/// "k_1 = 0.00404 +- 0.00026, …".
 std::string values_text(const EffectRow& effect) {
   std::string text;
   for (const EffectRow::Value& v : effect.values) {
     text += fmt::format("{}{} = {}{}", text.empty() ? "" : ", ", v.name,
-                        with_deviation(v.value, v.std), v.unit == "1" ? "" : " " + v.unit);
+                        with_uncertainty(v.value, 2 * v.std), v.unit == "1" ? "" : " " + v.unit);
   }
   for (const int seq : effect.seqs) text += fmt::format("{}seq {}", text.empty() ? "" : ", ", seq);
   return text;
@@ -111,7 +111,7 @@ std::string story_text(const std::vector<StoryRound>& story, int decimals) {
       judged.empty() ? "unseen ones: none were measured" : judged + ", never fitted (held-out)",
       last.noise_floor_mm, decimals));
   for (std::size_t k = 0; k < story.size(); ++k) text += round_text(story[k], k + 1, decimals);
-  if (!last.effects.empty()) text += "values of the last round (one standard deviation):\n";
+  if (!last.effects.empty()) text += "values of the last round, +-: U (k = 2):\n";
   for (const EffectRow& effect : last.effects) {
     text +=
         terminal::wrapped(fmt::format("  {}: {}", effect.name, values_text(effect)), "    ", true);

@@ -63,22 +63,23 @@ Json waterfall(const Source& source, const StoryRound& round, std::size_t number
       "waterfall", {{"steps", steps}, {"floor", drawn(round.noise_floor_mm)}});
 }
 
-/// Decimals that show two digits of a standard deviation.
-int decimals_of(double deviation) {
-  if (!(deviation > 0)) return 6;
-  return std::clamp(1 - static_cast<int>(std::floor(std::log10(deviation))), 0, 12);
+/// Decimals that show two digits of an uncertainty.
+int decimals_of(double U) {
+  if (!(U > 0)) return 6;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(U))), 0, 12);
 }
 
-/// "k_1 0.00377 +- 0.00015, k_2 0.00251 +- 0.00015"; the unit where it is another than the one
+/// "k_1 0.00377 +- 0.00030, k_2 0.00251 +- 0.00030"; the unit where it is another than the one
 /// before.
 std::string value_words(const EffectRow& effect) {
   std::string text;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const EffectRow::Value& v = effect.values[k];
-    const int decimals = decimals_of(v.std);
+    const double U = 2 * v.std;
+    const int decimals = decimals_of(U);
     const bool last = k + 1 == effect.values.size() || effect.values[k + 1].unit != v.unit;
     text += fmt::format("{}{} {:.{}f} +- {:.{}f}{}", text.empty() ? "" : ", ", v.name, v.value,
-                        decimals, v.std, decimals, last && v.unit != "1" ? " " + v.unit : "");
+                        decimals, U, decimals, last && v.unit != "1" ? " " + v.unit : "");
   }
   if (!effect.seqs.empty()) text = terminal::counted(effect.seqs.size(), "reading");
   return text;
@@ -220,11 +221,10 @@ Json named_table(const Source& source) {
         {name, "not named, may also hold", fmt::format("{:.0f} %", 100 * probability)}));
   }
   if (rows.empty()) rows.push_back(Json::array({"none", "no effect was named", "-"}));
-  return table(
-      {"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),
-       "+-: one standard deviation. Doubt: share of what is explained, and the chance of as "
-       "much without the effect."},
-      {"effect", "value", "doubt"}, rows);
+  return table({"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),
+                "+-: U (k = 2). Doubt: share of what is explained, and the chance of as "
+                "much without the effect."},
+               {"effect", "value", "doubt"}, rows);
 }
 
 Json story_section(const Source& source) {

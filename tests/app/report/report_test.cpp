@@ -97,6 +97,19 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   CHECK_THAT(text, Contains("predicted from the readings before, not measured again"));
   CHECK_THAT(text, Contains("rank 12 of 18"));
   CHECK_THAT(text, Contains("perfect reading"));
+  // Each combination has the U that the calibration states, k = 2, and stands in the text once.
+  int n_combinations = 0;
+  for (const std::string sentence : report.at("identification").at("words")) {
+    if (!sentence.starts_with("identified of these: ")) continue;
+    const std::size_t at = sentence.find("+- ");
+    const std::string U = sentence.substr(at, sentence.find(' ', at + 3) - at);
+    CAPTURE(sentence);
+    REQUIRE(text.find(U) != std::string::npos);
+    CHECK(text.find(U, text.find(U) + 1) == std::string::npos);
+    ++n_combinations;
+  }
+  CHECK(n_combinations > 3);
+  CHECK_THAT(text, !Contains("one standard"));
   CHECK_THAT(text, !Contains("0.3707") && !Contains("paper"));
   CHECK_THAT(text, !Contains("dropped"));
 
