@@ -337,6 +337,9 @@ test('with eight methods the first screen still ends at 900 px, and paper takes 
   for (const what of ['table', 'named', 'picture', 'warnings']) assert.ok(first[what] > 100 && first[what] <= 900, JSON.stringify(first));
   assert.ok(await page.ask("document.querySelectorAll('#before-after tbody tr').length") >= 9);
   assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
+  // No alarm that the table belies, and no claim of its title that a row belies: some are predicted.
+  assert.doesNotMatch(await page.ask("document.getElementById('warnings').textContent"), /nothing of these readings is held out/);
+  assert.doesNotMatch(await page.ask("document.querySelector('#before-after h3').textContent"), /measured again|predicted/);
   // Every warning stands there, cut to a line where there is no room for more, whole once it is opened, and on paper.
   const lines = await page.ask("[...document.querySelectorAll('#warnings .line')].map((l) => [l.open, l.getBoundingClientRect().height, l.textContent.length])");
   assert.ok(lines.length > 8 && lines.every(([, height]) => height > 8), JSON.stringify(lines));
