@@ -24,19 +24,21 @@ void parameter(Command command, const std::shared_ptr<CalibrateOptions>& options
       flag, [options, name](const T& value) { options->given[name] = value; }, what);
 }
 
-void choice(Command command, const std::shared_ptr<CalibrateOptions>& options,
-            const std::string& flag, const std::string& name, const std::string& value,
-            const std::string& what) {
-  command.on_flag(
+Option choice(Command command, const std::shared_ptr<CalibrateOptions>& options,
+              const std::string& flag, const std::string& name, const std::string& value,
+              const std::string& what) {
+  return command.on_flag(
       flag, [options, name, value] { options->given[name] = value; }, what);
 }
 
 void epoch_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {
-  choice(c, o, "--own-epochs", "epochs", "own",
-         "joint zeros and a frame of its own for each later epoch (else only where readings show "
-         "a step)");
+  const Option own = choice(
+      c, o, "--own-epochs", "epochs", "own",
+      "joint zeros and a frame of its own for each later epoch (else only where readings show "
+      "a step)");
   choice(c, o, "--shared-epochs", "epochs", "shared",
-         "no joint zeros and frame offset of their own for later epochs");
+         "no joint zeros and frame offset of their own for later epochs")
+      .excludes(own);
 }
 
 void lsq_options(Command c, const std::shared_ptr<CalibrateOptions>& o) {

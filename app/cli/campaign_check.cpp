@@ -12,6 +12,7 @@
 #include "app/terminal/counted.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
+#include "store/session.hpp"
 
 namespace trammel::cli {
 
@@ -19,13 +20,18 @@ namespace {
 
 struct Looked {
   Campaign campaign;
+  std::vector<std::pair<int, int>> held;
   bool stored = false;
 };
 
 Looked look_at_campaign(const std::string& what, const Context& context) {
-  if (std::filesystem::exists(what)) return {baseline_of(read_campaign(what)), false};
+  if (std::filesystem::exists(what)) {
+    const CampaignFile file = read_campaign(what);
+    return {baseline_of(file), held_epochs_of(file), false};
+  }
   store::Connection db = store::open(context.db(), store::Access::read_only);
-  return {store::load_campaign(db, store::require_campaign_id(db, what)).campaign, true};
+  const store::Id id = store::require_campaign_id(db, what);
+  return {store::load_campaign(db, id).campaign, store::held_epochs(db, id), true};
 }
 
 ExitCode answer(const std::vector<Suspicion>& found) {
@@ -41,8 +47,8 @@ ExitCode answer(const std::vector<Suspicion>& found) {
 }  // namespace
 
 ExitCode run_campaign_check(const CampaignCheckOptions& options, Context& context) {
-  const auto [campaign, stored] = look_at_campaign(options.campaign, context);
-  const std::vector<Suspicion> found = screened(campaign);
+  const auto [campaign, held, stored] = look_at_campaign(options.campaign, context);
+  const std::vector<Suspicion> found = screened(campaign, held);
   const ExitCode code = answer(found);
   const char* verdict = code == ExitCode::ok               ? "sound"
                         : code == ExitCode::not_acceptable ? "doubtful"

@@ -109,7 +109,8 @@ struct Admitted {
 
 /// The door of every import: registers the frame where asked for, wraps phi near its target, and
 /// refuses what the screen finds gross (InputError).
-Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& options) {
+Admitted admitted_at_door(const Import& import, const CampaignImportOptions& options) {
+  Campaign& campaign = import.campaign;
   Admitted admitted;
   if (options.frame == "fit") {
     const auto frame = fitted_frame(campaign);
@@ -131,7 +132,7 @@ Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& optio
     r.target.phi_rad = near_target_rad(r.target.phi_rad, campaign.machine.home.phi_rad);
     if (r.measured) r.measured->phi_rad = near_target_rad(r.measured->phi_rad, r.target.phi_rad);
   }
-  admitted.findings = screened(campaign);
+  admitted.findings = screened(campaign, import.held);
   require_sound(campaign, admitted.findings,
                 "`trammel campaign check` and `trammel diagnose --from` show it too");
   return admitted;
@@ -142,7 +143,7 @@ Admitted admitted_at_door(Campaign& campaign, const CampaignImportOptions& optio
 ExitCode import_campaign(const Import& import, const CampaignImportOptions& options,
                          Context& context) {
   Campaign& campaign = import.campaign;
-  const Admitted admitted = admitted_at_door(campaign, options);
+  const Admitted admitted = admitted_at_door(import, options);
   const store::ImportResult result = store_or_try(import.store_it, options.dry_run, context);
   if (context.json) {
     Json fields = {{"campaign", campaign.name},
@@ -168,7 +169,8 @@ ExitCode run_campaign_import(const CampaignImportOptions& options, Context& cont
   if (!options.name.empty()) file.campaign.name = options.name;
   return import_campaign(
       {.campaign = file.campaign,
-       .store_it = [&file](store::Connection& db) { return store_campaign(db, file); }},
+       .store_it = [&file](store::Connection& db) { return store_campaign(db, file); },
+       .held = held_epochs_of(file)},
       options, context);
 }
 

@@ -1,6 +1,7 @@
 #include "app/files/campaign_file.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "app/files/budget_json.hpp"
 #include "app/files/fields.hpp"
@@ -176,6 +177,23 @@ Campaign baseline_of(const CampaignFile& file) {
     }
   }
   return campaign;
+}
+
+std::vector<std::pair<int, int>> held_epochs_of(const CampaignFile& file) {
+  std::vector<std::set<int>> epochs(file.sessions.size());
+  for (std::size_t k = 0; k < file.campaign.readings.size(); ++k) {
+    const std::size_t session = file.session_of.empty() ? 0 : file.session_of[k];
+    epochs[session].insert(file.campaign.readings[k].conditions.epoch);
+  }
+  std::vector<std::pair<int, int>> held;
+  for (std::size_t s = 0; s < epochs.size(); ++s) {
+    for (const int epoch : file.sessions[s].held_epochs) {
+      for (const int before : epochs[s]) {
+        if (before < epoch) held.emplace_back(before, epoch);
+      }
+    }
+  }
+  return held;
 }
 
 void write_campaign(const CampaignFile& file, const std::filesystem::path& folder,

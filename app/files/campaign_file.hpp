@@ -46,6 +46,9 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file);
 /// The readings that a calibration takes: of baseline walks, less reference visits and exclusions.
 Campaign baseline_of(const CampaignFile& file);
 
+/// Pairs of epochs between which reference points were found where they had been.
+std::vector<std::pair<int, int>> held_epochs_of(const CampaignFile& file);
+
 /// Writes campaign.json and readings.csv into `folder`, which is made when missing: each file under
 /// a temporary name first, the readings before the campaign that names them. Reading it back gives
 /// the same numbers, bit for bit; angles leave as the degrees they came in. Files that are there

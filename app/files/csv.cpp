@@ -19,16 +19,32 @@ class Scanner {
     if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) {
       refuse("the file is UTF-16: save it as UTF-8");
     }
-    std::string_view header = text_.substr(at_, text_.find_first_of("\r\n", at_) - at_);
-    header =
-        header.substr(0, header.find_last_not_of(" \t") + 1);  // blanks behind separate nothing
-    separator_ = separator_of(header);
+    const std::string_view first = line();
+    const bool stated = first.size() == 5 && first.starts_with("sep=");
+    if (stated) to_next_line();
+    skip_comments(0);
+    const std::string_view header = line();
+    separator_ =
+        stated ? first.back() : separator_of(header.substr(0, header.find_last_not_of(" \t") + 1));
+    if (!is_separator(separator_)) refuse("'sep=' names no comma, semicolon or tab");
     ends_ = {separator_, '\r', '\n', '"', '\0'};
   }
 
   [[nodiscard]] char separator() const { return separator_; }
 
   [[nodiscard]] bool at_end() const { return at_ >= text_.size(); }
+
+  /// Lines that begin with # and are no row: a # of its own is the name of a column, and what has
+  /// as many cells as the `columns` of the header may be text that begins so.
+  void skip_comments(std::size_t columns) {
+    while (!at_end() && text_[at_] == '#') {
+      const std::string_view comment = line();
+      if (comment.size() > 1 && is_separator(comment[1])) return;
+      const auto marks = std::ranges::count(comment, separator_);
+      if (columns > 0 && static_cast<std::size_t>(marks) + 1 == columns) return;
+      to_next_line();
+    }
+  }
 
   CsvTable::Row row() {
     CsvTable::Row row{.line = line_, .cells = {}};
@@ -48,6 +64,16 @@ class Scanner {
   }
 
  private:
+  [[nodiscard]] static bool is_separator(char c) { return c == ',' || c == ';' || c == '\t'; }
+
+  [[nodiscard]] std::string_view line() const {
+    return text_.substr(at_, text_.find_first_of("\r\n", at_) - at_);
+  }
+  void to_next_line() {
+    at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
+    end_line();
+  }
+
   [[noreturn]] void refuse(const std::string& what) const {
     throw InputError(
         {.what = what, .where = {.file = table_.name, .line = line_, .column = column(at_)}});
@@ -63,7 +89,7 @@ class Scanner {
     bool quoted = false;
     for (const char c : header) {
       if (c == '"') quoted = !quoted;
-      if (!quoted && (c == ',' || c == ';' || c == '\t') && found.find(c) == std::string::npos) {
+      if (!quoted && is_separator(c) && found.find(c) == std::string::npos) {
         found += c;
       }
     }
@@ -241,7 +267,8 @@ CsvTable parse_csv(std::string text, const std::string& name) {
   drop_empty_end(table.header, 1);
   check_header(table);
   int empty_line = 0;
-  while (!scanner.at_end()) {
+  const std::size_t columns = table.header.cells.size();
+  for (scanner.skip_comments(columns); !scanner.at_end(); scanner.skip_comments(columns)) {
     if (table.rows.size() == kMaxCsvRows) {
       throw InputError({.what = "more than " + std::to_string(kMaxCsvRows) + " rows",
                         .where = {.file = name},

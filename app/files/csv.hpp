@@ -41,12 +41,13 @@ inline constexpr std::size_t kMaxCsvCellBytes = 100'000;
 
 /// RFC 4180: comma-separated, "quoted ""cells""", CRLF or LF, the last newline may be missing, a
 /// byte order mark is skipped; and what people's programs write where it has one reading: blanks
-/// around cells, empty lines at the end, separators behind the last column, semicolons or tabs in
-/// place of commas (as the header line has them), then with decimal commas too. Throws InputError
-/// with line and column: no header, two kinds of separators in it, an empty or repeated column
-/// name, a row with more or fewer cells than the header, a quote that does not close, text after a
-/// closing quote, a NUL byte, UTF-16, an empty line between others, decimal points beside decimal
-/// commas, more than the caps above. Proof: csv_test.cpp.
+/// around cells, empty lines at the end, comments (lines that begin with # and are no row), a first
+/// line sep=; of a spreadsheet, separators behind the last column, semicolons or tabs in place of
+/// commas (as the header line has them), then with decimal commas too. Throws InputError with line
+/// and column: no header, two kinds of separators in it, an empty or repeated column name, a row
+/// with more or fewer cells than the header, a quote that does not close, text after a closing
+/// quote, a NUL byte, UTF-16, an empty line between others, decimal points beside decimal commas,
+/// more than the caps above. Proof: csv_test.cpp.
 CsvTable parse_csv(std::string text, const std::string& name);
 CsvTable read_csv(const std::filesystem::path& path);
 

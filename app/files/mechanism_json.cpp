@@ -15,6 +15,8 @@ constexpr double kLongestMm = 1e5;
 constexpr double kMostLeadMm = 1e4;
 constexpr double kMostDeg = 3600;
 
+constexpr double kShortestMm = 1e-3;  // of a part or a lead
+
 double within(const Fields& fields, const char* name, double value, double most) {
   if (!(std::abs(value) <= most)) {
     fields.refuse(name, "the number is out of all bounds",
@@ -26,6 +28,10 @@ double within(const Fields& fields, const char* name, double value, double most)
 double positive_mm(Fields& fields, const char* name, double most_mm = kLongestMm) {
   const double value_mm = within(fields, name, fields.number(name), most_mm);
   if (!(value_mm > 0)) fields.refuse(name, "a length that is not positive");
+  if (value_mm < kShortestMm) {
+    fields.refuse(name, "a length that nothing machined has",
+                  number_text(kShortestMm) + " mm and more", "is the unit right?");
+  }
   return value_mm;
 }
 

@@ -8,31 +8,40 @@
 #include "core/mechanism/nominal_machine.hpp"
 #include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
+#include "store/reading.hpp"
 
 namespace trammel::job {
 
 namespace {
 
-std::vector<BeforeAfter> points_of(const std::vector<Judged>& judged, Standing standing) {
-  std::vector<BeforeAfter> points;
-  for (const Judged& j : judged) {
-    if (j.standing == standing) points.push_back(j.point);
-  }
-  return points;
-}
+/// What is counted together: the points of one set that stand alike.
+struct Counted {
+  ReadingSet set;
+  Standing standing;
+  std::vector<BeforeAfter> points = {};
 
-constexpr Standing kStandings[] = {Standing::fitted, Standing::unseen, Standing::unknown_epoch};
-
-const char* set_of(Standing standing) {
-  switch (standing) {
-    case Standing::fitted:
-      return "identify";
-    case Standing::unseen:
-      return "validate";
-    case Standing::unknown_epoch:
-      return kNewEpoch;
+  /// As tables and stored statistics call it.
+  [[nodiscard]] const char* name() const {
+    return standing == Standing::unknown_epoch ? kNewEpoch
+           : set == ReadingSet::validate       ? "validate"
+                                               : "identify";
   }
-  return "";
+};
+
+std::vector<Counted> counted(const std::vector<Judged>& judged) {
+  std::vector<Counted> all;
+  for (const Standing standing : {Standing::fitted, Standing::unseen, Standing::unknown_epoch}) {
+    for (const ReadingSet set : {ReadingSet::identify, ReadingSet::validate}) {
+      Counted some{.set = set, .standing = standing};
+      for (const Judged& j : judged) {
+        if (j.standing == standing &&
+            (j.set == ReadingSet::identify) == (set == ReadingSet::identify))
+          some.points.push_back(j.point);
+      }
+      if (!some.points.empty()) all.push_back(std::move(some));
+    }
+  }
+  return all;
 }
 
 store::Summary stored(const Summary& s) {
@@ -72,14 +81,11 @@ std::vector<Judged> judge(const Campaign& campaign, const JudgedBy& by,
 std::vector<store::Statistic> statistics(const Machine& machine,
                                          const std::vector<Judged>& judged) {
   std::vector<store::Statistic> all;
-  for (const Standing standing : kStandings) {
-    const std::vector<BeforeAfter> points = points_of(judged, standing);
-    if (points.empty()) continue;
+  for (const Counted& some : counted(judged)) {
     for (const Figure figure : figures_of(machine)) {
-      const Errors errors = errors_in(figure, points);
-      all.push_back({set_of(standing),
-                     figure == Figure::position_mm ? "position_mm" : "attitude_deg",
-                     standing == Standing::fitted, stored(errors.summary_before),
+      const Errors errors = errors_in(figure, some.points);
+      all.push_back({some.name(), figure == Figure::position_mm ? "position_mm" : "attitude_deg",
+                     some.standing == Standing::fitted, stored(errors.summary_before),
                      stored(errors.summary_after)});
     }
   }
@@ -88,15 +94,14 @@ std::vector<store::Statistic> statistics(const Machine& machine,
 
 Json improvements(const std::vector<Judged>& judged) {
   Json all = Json::array();
-  for (const Standing standing : {Standing::fitted, Standing::unseen}) {
-    const std::vector<BeforeAfter> points = points_of(judged, standing);
-    if (points.empty()) continue;
-    const Errors errors = errors_in(Figure::position_mm, points);
+  for (const Counted& some : counted(judged)) {
+    if (some.standing == Standing::unknown_epoch) continue;
+    const Errors errors = errors_in(Figure::position_mm, some.points);
     const auto interval = improvement_interval_pct(errors.before, errors.after);
     if (!interval) continue;
-    all.push_back(object_with("set", set_of(standing), "metric", "position_mm", "in_sample",
-                              standing == Standing::fitted, "improvement_low_pct", interval->low,
-                              "improvement_high_pct", interval->high));
+    all.push_back(object_with("set", some.name(), "metric", "position_mm", "in_sample",
+                              some.standing == Standing::fitted, "improvement_low_pct",
+                              interval->low, "improvement_high_pct", interval->high));
   }
   return all;
 }
@@ -165,13 +170,11 @@ std::vector<std::string> held_out_words(const std::vector<Judged>& judged, std::
 
 std::string gains_in_words(const std::vector<Judged>& judged) {
   std::string text;
-  for (const Standing standing : {Standing::fitted, Standing::unseen}) {
-    const std::vector<BeforeAfter> points = points_of(judged, standing);
-    if (points.empty()) continue;
-    const Errors e = errors_in(Figure::position_mm, points);
+  for (const Counted& some : counted(judged)) {
+    if (some.standing == Standing::unknown_epoch) continue;
+    const Errors e = errors_in(Figure::position_mm, some.points);
     text += fmt::format("{}{} {:.4f} -> {:.4f} mm", text.empty() ? "" : ", ",
-                        standing == Standing::fitted ? "in-sample" : "held-out",
-                        e.summary_before.mean, e.summary_after.mean);
+                        name_of(some.standing), e.summary_before.mean, e.summary_after.mean);
   }
   return text;
 }

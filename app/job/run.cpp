@@ -14,6 +14,7 @@
 #include "core/judge/deviation.hpp"
 #include "core/judge/seen.hpp"
 #include "core/measure/bad_readings.hpp"
+#include "core/measure/held_epochs.hpp"
 #include "core/units.hpp"
 #include "store/session.hpp"
 #include "store/transaction.hpp"
@@ -126,6 +127,35 @@ Campaign with_judges(const Inputs& in, const Seen& seen) {
   return campaign;
 }
 
+/// Of each epoch that a fit takes for another: where it may choose, and the set-up held between.
+std::map<int, int> one_set_up(const Campaign& campaign, const Json& parameters,
+                              const HeldEpochs& held) {
+  if (parameters.value("epochs", "") != "auto" || held.empty()) return {};
+  return epochs_of_one_set_up(campaign.machine, identify_rows(campaign), held);
+}
+
+std::string one_set_up_words(const std::map<int, int>& epochs) {
+  std::vector<std::string> some;
+  for (const auto& [epoch, first] : epochs) some.push_back(fmt::format("{} as {}", epoch, first));
+  return fmt::format("epochs: reference points held, and readings show no step: fitted {}",
+                     fmt::join(some, ", "));
+}
+
+/// The stage on `campaign`; what it finds of an epoch holds in all of one set-up.
+StageResult run_stage(const Inputs& in, Campaign campaign) {
+  const std::map<int, int> epochs = one_set_up(campaign, in.parameters, in.held);
+  renumber(campaign.readings, epochs);
+  StageResult result = in.stage->run(campaign, in.parameters);
+  EpochShifts* shifts = epochs_of(result.correction);
+  for (const auto& [epoch, first] : epochs) {
+    if (shifts == nullptr || !shifts->contains(first)) continue;
+    const EpochShift shift = shifts->at(first);
+    shifts->insert_or_assign(epoch, shift);
+  }
+  if (!epochs.empty()) result.words.push_back(one_set_up_words(epochs));
+  return result;
+}
+
 /// Readings that are wrong for certain: those of a fit, and those that judge it.
 struct Suspects {
   std::vector<Suspicion> fitted = {}, judging = {};
@@ -165,7 +195,7 @@ std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
     std::erase_if(without.loaded.campaign.readings, [&bad = bad](const Reading& r) {
       return std::ranges::any_of(bad, [&](const Suspicion& s) { return s.seqs.front() == r.seq; });
     });
-    const StageResult result = in.stage->run(with_judges(without, seen), in.parameters);
+    const StageResult result = run_stage(without, with_judges(without, seen));
     words.push_back(fmt::format("with {} suspect reading{} in the fit: {}; without: {}", bad.size(),
                                 bad.size() == 1 ? "" : "s", gains_in_words(judged),
                                 gains_in_words(judged_by(seen, without, result.correction))));
@@ -178,7 +208,7 @@ std::vector<std::string> suspect_words(const Inputs& in, const Seen& seen,
 /// A fit that fails over a reading which is wrong for certain names it.
 std::pair<StageResult, std::vector<Judged>> fitted_and_judged(const Inputs& in, const Seen& seen) {
   try {
-    StageResult result = in.stage->run(with_judges(in, seen), in.parameters);
+    StageResult result = run_stage(in, with_judges(in, seen));
     std::vector<Judged> judged = judged_by(seen, in, result.correction);
     return {std::move(result), std::move(judged)};
   } catch (const InputError& error) {
@@ -194,7 +224,7 @@ std::pair<StageResult, std::vector<Judged>> fitted_and_judged(const Inputs& in, 
 /// Nothing is calibrated on what the screen finds gross, unless asked for.
 void require_sound(const Inputs& in, const Request& request) {
   if (leaves_out(in) || request.despite_screen) return;
-  trammel::require_sound(in.loaded.campaign, screened(in.loaded.campaign),
+  trammel::require_sound(in.loaded.campaign, screened(in.loaded.campaign, in.held),
                          "`trammel diagnose` shows it; --despite-screen calibrates all the same");
 }
 
@@ -247,10 +277,14 @@ store::NewJob computed(const Inputs& in) {
 bool is_one_set_up(const Json& parameters) { return parameters.value("epochs", "") == "shared"; }
 
 Campaign trained_on(store::Connection& connection, const store::Job& job) {
-  return as_asked(
+  const Json parameters = Json::parse(job.data.parameters_json);
+  Campaign campaign = as_asked(
       store::load_campaign(connection, job.data.campaign_id, {.sessions = job.data.sessions})
           .campaign,
-      Json::parse(job.data.parameters_json));
+      parameters);
+  renumber(campaign.readings,
+           one_set_up(campaign, parameters, store::held_epochs(connection, job.data.campaign_id)));
+  return campaign;
 }
 
 store::NewJob compute(store::Connection& connection, const Request& request) {

@@ -36,8 +36,7 @@ Json complete_rbf(const Json& given) {
   require_within(f, all, "seed", 0, 1e9, "a seed");
   require_within(f, all, "neurons", 1, 1e9, "a count: 50 is the paper's");
   // Below 1e-14 of the mean diagonal a ridge is rounding, and holds no singular system.
-  if (all["relative_ridge"] != 0.0)
-    require_within(f, all, "relative_ridge", 1e-14, 1e6, "a ridge, or 0 for none");
+  require_within(f, all, "relative_ridge", 1e-14, 1e6, "a ridge of the weights");
   // A neuron narrower than a hundredth of a millimetre is met by no other place.
   if (all["sigma_mm"] != 0.0)
     require_within(f, all, "sigma_mm", 0.01, 1e6, "a spread, or 0 for leave-one-out");
@@ -154,7 +153,7 @@ StageResult run_rbf(const Campaign& campaign, const Json& p) {
 
 Stage idw_stage() {
   return {.name = "idw",
-          .algorithm_version = 6,
+          .algorithm_version = 7,
           .what = "inverse distance weighting of joint errors",
           .complete = complete_idw,
           .run = run_idw};
@@ -162,7 +161,7 @@ Stage idw_stage() {
 
 Stage rbf_stage() {
   return {.name = "rbf",
-          .algorithm_version = 6,
+          .algorithm_version = 7,
           .what = "a Gaussian network of joint errors",
           .complete = complete_rbf,
           .run = run_rbf};

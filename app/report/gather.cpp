@@ -13,16 +13,15 @@
 #include "app/job/run.hpp"
 #include "app/job/stages.hpp"
 #include "app/report/from_job.hpp"
+#include "app/report/job_uncertainty.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/print.hpp"
 #include "app/report/remarks.hpp"
 #include "app/report/simulation.hpp"
 #include "app/terminal/decimals.hpp"
 #include "core/calibrate/map_uncertainty.hpp"
-#include "core/calibrate/uncertainty.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/floor.hpp"
-#include "core/judge/range.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/screen.hpp"
 #include "core/mechanism/machine_solver.hpp"
@@ -199,27 +198,13 @@ void add_origin(Report& report, store::Connection& connection, store::Id campaig
   report.taken_over = store::taken_head(connection, campaign_id);
 }
 
-/// What the correction knows of itself at the points that a comparison judges, within its range:
-/// root mean square of the standard uncertainties.
+/// Of the correction (job_uncertainty.hpp); nothing of so many readings that a report would wait
+/// for it.
 std::optional<double> model_u_mm(store::Connection& connection, const Measured& measured,
-                                 const Comparison& c, const TrackerSigma& sigma) {
-  if (is_by_name(*c.job)) return std::nullopt;
-  const Campaign trained = job::trained_on(connection, *c.job);
-  const std::vector<Reading> fitted = job::identify_rows(trained);
-  if (fitted.size() > kMostFieldSamples) return std::nullopt;
-  const auto own = own_uncertainty(job::correction_of(c.job->data.result_json),
-                                   measured.campaign.machine, fitted, sigma);
-  if (!own) return std::nullopt;
-  const FittedRange range = fitted_range(fitted);
-  double squares = 0;
-  int n = 0;
-  for (const Pair& pair : c.paired.pairs) {
-    if (!range.why_outside(pair.before->reading.target).empty()) continue;
-    squares += std::pow(own->of(pair.before->reading).U_mm / 2, 2);
-    ++n;
-  }
-  if (n == 0) return std::nullopt;
-  return std::sqrt(squares / n);
+                                 const store::Job& job, const NoiseLevel& noise) {
+  if (is_by_name(job) || job.data.n_readings > static_cast<int>(kMostFieldSamples))
+    return std::nullopt;
+  return uncertainty_of(connection, measured, job, noise).rms_mm;
 }
 
 /// Behind the correction that the headline speaks of.
@@ -234,7 +219,7 @@ void add_budget(Report& report, store::Connection& connection, const Measured& m
   });
   std::optional<double> u_mm;
   if (judged != compared.end()) {
-    u_mm = model_u_mm(connection, measured, *judged, noise.sigma);
+    u_mm = model_u_mm(connection, measured, *judged->job, noise);
   }
   report.budget = budget_of(measured.campaign, budget_facts(measured.campaign), noise, u_mm);
 }
@@ -338,7 +323,7 @@ Gathered gather(store::Connection& connection, const store::CampaignRow& campaig
   add_budget(report, connection, measured, all.comparisons);
   report.remarks = remarks_on(report);
   report.remarks.insert(report.remarks.end(), left_out.begin(), left_out.end());
-  for (const Suspicion& s : screened(measured.campaign)) {
+  for (const Suspicion& s : screened(measured.campaign, measured.held)) {
     if (rule_of(s.kind).gravity != Gravity::remark)
       report.remarks.push_back("The screen: " + in_words(s) + ".");
   }

@@ -322,12 +322,16 @@ const ErrorTable& most_unseen(const CircleTable& circles) {
 
 namespace {
 
-/// Less where the method comes first, by a rule that does not look at what is left of the errors.
-int rank_of(const Report& report, const std::string& method) {
+/// Less where the method comes first, by a rule that does not look at what is left of the errors:
+/// the contest's pick, a model whose diagnosis is `explained`, least squares, then the others from
+/// the most physical to the least.
+std::ptrdiff_t rank_of(const Report& report, const std::string& method) {
+  constexpr std::array<std::string_view, 7> kOrder = {"lsq", "geometry", "hybrid", "gp",
+                                                      "rbf", "idw",      kModel};
   const bool explained = !report.story.empty() && report.story.back().verdict == "explained";
-  if (method == "contest") return 0;
-  if (method == kModel && explained) return 1;
-  return method == "lsq" ? 2 : 3;
+  if (method == "contest" || method == report.picked) return -2;
+  if (method == kModel && explained) return -1;
+  return std::ranges::find(kOrder, method) - kOrder.begin();
 }
 
 /// More where a reader should look first.

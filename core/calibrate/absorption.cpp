@@ -17,9 +17,9 @@ namespace {
 
 constexpr double kLeak = 0.05;  // of a parameter's direction may lie outside what is compared
 constexpr double kNamed = 0.3;  // of a combination's largest share: named
-constexpr std::size_t kMostNamed = 4;
+constexpr std::size_t kMostNamed = 4;  // parameters of one alarm; the rest is counted
 constexpr int kLeastDegrees = 20;  // of freedom within the halves: fewer give no noise to judge by
-constexpr double kCommon = 1 - 1e-9;
+constexpr double kCommon = 1 - 1e-9;  // cosine of a direction that both halves know
 
 /// The rows of one half, whitened and weighted, on the fit's identified directions.
 struct Half {

@@ -45,10 +45,10 @@ Machine with_geometry(const NominalMachine& machine, const Geometry& geometry) {
   return built;
 }
 
-constexpr int kMaxSteps = 40;
+constexpr int kMaxSteps = 40;         // a bound: it ends where the target is reached
 constexpr double kReached = 1e-10;    // mm, and rad times the platform's size
 constexpr double kDirectionMm = 1.0;  // any length: a direction is a sign
-constexpr double kPhiLengthMm = 100;
+constexpr double kPhiLengthMm = 100;  // what a turn moves at this arm
 
 Conditions conditions_of(const Move& move, const Displacements& cmd, const Eigen::Vector3d& dir) {
   return {.cmd_mm = cmd,
@@ -170,6 +170,15 @@ std::string kind_of(const Correction& correction) {
                                [](const MapCorrection&) { return "map"; },
                                [](const ModelCorrection&) { return "model"; },
                                [](const HybridCorrection&) { return "hybrid"; }},
+                    correction);
+}
+
+EpochShifts* epochs_of(Correction& correction) {
+  return std::visit(Overloaded{[](NominalCorrection&) -> EpochShifts* { return nullptr; },
+                               [](GeometryCorrection&) -> EpochShifts* { return nullptr; },
+                               [](MapCorrection& map) { return &map.epochs; },
+                               [](ModelCorrection& model) { return &model.model.epochs; },
+                               [](HybridCorrection& hybrid) { return &hybrid.model.epochs; }},
                     correction);
 }
 

@@ -52,6 +52,9 @@ using Correction = std::variant<NominalCorrection, GeometryCorrection, MapCorrec
 /// "nominal", "geometry", "map", "model", "hybrid": the word that stored corrections carry.
 std::string kind_of(const Correction& correction);
 
+/// The shifts of epochs that it holds; null where it has none.
+EpochShifts* epochs_of(Correction& correction);
+
 /// A move as it is planned: all a correction may use to choose the displacements.
 struct Move {
   Pose target;

@@ -13,8 +13,8 @@ namespace trammel {
 
 namespace {
 
-constexpr int kComparisonSteps = 4;  // from the middle to the border
-constexpr double kComparisonApproachMm = 5;
+constexpr int kComparisonSteps = 4;          // from the middle to the border
+constexpr double kComparisonApproachMm = 5;  // one approach for all candidates
 
 [[noreturn]] void out_of_reach(const std::string& point) {
   throw InputError({.what = "a target is out of the nominal robot's reach",

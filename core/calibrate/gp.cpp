@@ -11,8 +11,8 @@ namespace trammel {
 
 namespace {
 
-constexpr int kLengths = 12, kRatios = 19;
-constexpr double kFirstLengthMm = 20, kLastLengthMm = 900;
+constexpr int kLengths = 12, kRatios = 19;  // starts of the search for the likeliest
+constexpr double kFirstLengthMm = 20, kLastLengthMm = 900;  // a grid step of the paper to a stroke
 constexpr double kSmallestSignalMm = 1e-9;  // of a constant column: keeps the logarithm finite
 
 Eigen::MatrixXd correlation(const std::vector<double>& x, const std::vector<double>& y,

@@ -10,10 +10,10 @@ namespace trammel {
 
 namespace {
 
-constexpr int kRankPoses = 80;
-constexpr double kZeroColumn = 1e-12;
-constexpr double kLeastSingular = 1e-9;
-constexpr double kMostTurnRad = rad_from_deg(20);
+constexpr int kRankPoses = 80;                     // as many as the paper measures
+constexpr double kZeroColumn = 1e-12;              // of a tolerance
+constexpr double kLeastSingular = 1e-9;            // of the largest: below it is rounding
+constexpr double kMostTurnRad = rad_from_deg(20);  // of poses with varied orientation
 
 /// Poses that are reached, in home's assembly and away from singular ones; limits are not asked.
 std::vector<Pose> poses_about_home(const Machine& machine, bool turned) {

@@ -17,8 +17,8 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMaxPasses = 30;
-constexpr int kMaxPoints = 2000;
+constexpr int kMaxPasses = 30;           // a bound: it ends where no exchange is worth it
+constexpr int kMaxPoints = 2000;         // a plan of days; exchanging grows with their square
 constexpr std::size_t kShortList = 16;   // candidates whose eigenvalues E works out
 constexpr double kWorthExchange = 1e-9;  // of the criterion: less is rounding
 

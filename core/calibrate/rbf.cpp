@@ -15,7 +15,8 @@ namespace trammel {
 
 namespace {
 
-constexpr double kGridFirstMm = 10, kGridLastMm = 640;
+constexpr double kGridFirstMm = 10,
+                 kGridLastMm = 640;  // spreads tried: step of the grid to beyond its width
 constexpr double kLog2OfE = 1.44269504088896340736;
 
 using Errors = Eigen::Matrix<double, Eigen::Dynamic, 3>;

@@ -17,9 +17,11 @@ inline int measured_places(const Machine& machine) {
 
 /// Mean length of the position error of one reading: noise_floor_mean_mm of both coordinates, sigma
 /// sqrt(2 / pi) of one. Proof: verdict_test.cpp.
+inline double perfect_mean_mm(int places, double sigma_xy_mm) {
+  return places == 1 ? sigma_xy_mm * std::sqrt(2 / kPi) : noise_floor_mean_mm(sigma_xy_mm);
+}
 inline double perfect_mean_mm(const Machine& machine, double sigma_xy_mm) {
-  return measured_places(machine) == 1 ? sigma_xy_mm * std::sqrt(2 / kPi)
-                                       : noise_floor_mean_mm(sigma_xy_mm);
+  return perfect_mean_mm(measured_places(machine), sigma_xy_mm);
 }
 
 }  // namespace trammel

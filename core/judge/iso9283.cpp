@@ -13,7 +13,8 @@ namespace trammel {
 namespace {
 
 constexpr double kSame = 1e-6;  // mm, and rad: targets closer than this are one, as are commands
-constexpr std::size_t kSeries = 10, kShortSeries = 5;
+constexpr std::size_t kSeries = 10,
+                      kShortSeries = 5;  // visits at the ends of a drift test that are averaged
 
 using Key = std::tuple<long long, long long, long long, int, std::array<int, kChains>>;
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/judge/floor.hpp"
 #include "core/statistics/limits.hpp"
-#include "core/statistics/summary.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -14,7 +14,7 @@ PerfectMean perfect_mean(std::size_t n, double sigma_xy_mm, int noise_degrees, i
   constexpr int kFewestDegrees = 3;  // below it an estimated sigma bounds nothing
   const double count = static_cast<double>(n);
   const bool one = coordinates == 1;
-  const double mean = one ? std::sqrt(2 / kPi) : noise_floor_mean_mm(1);
+  const double mean = perfect_mean_mm(coordinates, 1);
   const double skewness = one ? std::sqrt(2.0) * (4 - kPi) / std::pow(kPi - 2, 1.5)       // 0.995
                               : 2 * std::sqrt(kPi) * (kPi - 3) / std::pow(4 - kPi, 1.5);  // 0.631
   const double v = (one ? 1 - 2 / kPi : 2 - kPi / 2) / count;

@@ -16,18 +16,18 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMostDegree = 3;
+constexpr int kMostDegree = 3;        // geometry and guides bend it no more within noise
 constexpr double kRowsPerTerm = 2.5;  // fewer rows would follow the bad ones
-constexpr double kTurnsRad = rad_from_deg(0.05);
-constexpr int kRounds = 12;
+constexpr double kTurnsRad = rad_from_deg(0.05);  // orientations within it are one
+constexpr int kRounds = 12;                       // a bound: it ends where the set stands still
 constexpr double kWorthALook = 4;        // scales: where none is farther, none bends the field
 constexpr int kReweighted = 30;          // least absolute deviations stand still by then
 constexpr double kLeastSize = 0.3;       // of the scale: smaller residuals have one weight
 constexpr double kTinyScale = 1e-9;      // mm, rad: where most readings lie on the field
 constexpr double kScaleOfFieldMm = 100;  // for the condition of the equations alone
 constexpr std::array<double, 3> kLeastFar = {0.05, 0.05, rad_from_deg(0.02)};  // mm, mm, rad
-constexpr double kOtherTargetMm = 0.1;
-constexpr double kOtherTargetRad = rad_from_deg(0.1);
+constexpr double kOtherTargetMm = 0.1;                 // nearer, one pose can serve two targets
+constexpr double kOtherTargetRad = rad_from_deg(0.1);  // the same of orientations
 
 constexpr double kNearScales = 6;    // what is farther says nothing of the tails of the rest
 constexpr double kHeavyTails = 4;    // standard errors of the excess kurtosis

@@ -12,7 +12,7 @@ namespace trammel {
 
 namespace {
 
-constexpr double kAtOrigin_mm = 1e-6;
+constexpr double kAtOrigin_mm = 1e-6;  // rounding of a file
 constexpr double kLeastUp = 0.1;  // of `up` along the normal: less does not tell the sides apart
 
 std::map<std::string, Eigen::Vector3d> by_name(const std::vector<NestPoint>& points) {

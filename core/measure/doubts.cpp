@@ -28,11 +28,14 @@ constexpr double kWithinUnit = 3;  // a ratio so near to a unit's is that unit
 constexpr double kRadPerDeg = rad_from_deg(1);
 constexpr double kKelvinAbove = 150;     // no machine is that hot: room temperature is 293 K
 constexpr double kFahrenheitAbove = 50;  // 68 F is 20 deg C
-constexpr double kOneOrientation = rad_from_deg(0.05);
-constexpr double kFineStep = 0.3;           // of sigma: coarser digits repeat by chance
-constexpr double kFineStepMm = 1e-3;        // where no sigma is known
-constexpr double kNominalCommandMm = 5e-3;  // encoders count finer
-constexpr double kMostCorrectionMm = 5;     // what is more is no machine's error
+constexpr double kWarmDegc = 5;          // an exact zero among such is no reading
+constexpr int kEnoughSteps = 10;         // of time: fewer may be pauses
+constexpr double kLongStepS = 3000;      // a point takes seconds to minutes: in ms 3 s are as many
+constexpr double kOneOrientation = rad_from_deg(0.05);  // orientations within it are one
+constexpr double kFineStep = 0.3;                       // of sigma: coarser digits repeat by chance
+constexpr double kFineStepMm = 1e-3;                    // where no sigma is known
+constexpr double kNominalCommandMm = 5e-3;              // encoders count finer
+constexpr double kMostCorrectionMm = 5;                 // what is more is no machine's error
 
 bool knows(const std::vector<Suspicion>& found, Mistake kind) {
   return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });
@@ -140,6 +143,28 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
                            deg_from_rad(repeats->sigma.phi_rad))});
 }
 
+/// Exactly 0 deg C where the others are warm, or everywhere: a cell that was filled up.
+void add_zero_temperatures(const Campaign& c, std::vector<Suspicion>& found) {
+  std::vector<int> zero;
+  std::vector<double> others;
+  for (const Reading& r : c.readings) {
+    if (!r.conditions.temp_degc) continue;
+    if (*r.conditions.temp_degc == 0)
+      zero.push_back(r.seq);
+    else
+      others.push_back(*r.conditions.temp_degc);
+  }
+  if (zero.size() < (others.empty() ? 2U : 1U)) return;
+  if (!others.empty() && std::abs(median(others)) < kWarmDegc) return;
+  const auto n = static_cast<int>(zero.size());
+  if (others.empty()) zero.clear();
+  found.push_back(
+      {Mistake::temperature_unit, "does 0 deg C stand for a temperature nobody read?",
+       others.empty() ? printed("all %d temperatures are exactly 0", n)
+                      : printed("%d are exactly 0, the others about %.3g deg C", n, median(others)),
+       zero});
+}
+
 void add_temperature(const Campaign& c, std::vector<Suspicion>& found) {
   std::vector<int> kelvin, fahrenheit;
   double one_k = 0, one_f = 0;
@@ -163,11 +188,35 @@ void add_temperature(const Campaign& c, std::vector<Suspicion>& found) {
         {Mistake::temperature_unit, printed("are temperatures in %s where deg C are due?", unit),
          printed("temp_degc is %.4g, which would be %.3g deg C", one, degc), std::move(seqs)});
   };
+  add_zero_temperatures(c, found);
   add(kelvin, one_k, "kelvin", one_k - 273.15);
   add(fahrenheit, one_f, "degrees Fahrenheit", (one_f - 32) / 1.8);
 }
 
+/// Steps of time that no machine takes, or none at all.
+void add_time_unit(const Campaign& c, std::vector<Suspicion>& found) {
+  std::vector<double> steps_s;
+  const Reading* before = nullptr;
+  for (const Reading& r : c.readings) {
+    if (!r.conditions.time_s) continue;
+    if (before) steps_s.push_back(*r.conditions.time_s - *before->conditions.time_s);
+    before = &r;
+  }
+  if (steps_s.size() < static_cast<std::size_t>(kEnoughSteps)) return;
+  const double step_s = median(steps_s);
+  if (std::ranges::all_of(steps_s, [](double s) { return s == 0; })) {
+    found.push_back({Mistake::clock, "all readings have one time",
+                     printed("time_s is %.10g throughout", *before->conditions.time_s)});
+  } else if (step_s > kLongStepS) {
+    found.push_back({Mistake::clock, "are times in milliseconds where seconds are due?",
+                     printed("from reading to reading time_s grows by %.4g s, which would be "
+                             "%.3g h a reading",
+                             step_s, step_s / 3600)});
+  }
+}
+
 void add_clock(const Campaign& c, std::vector<Suspicion>& found) {
+  add_time_unit(c, found);
   const Reading* before = nullptr;
   std::vector<int> back;
   std::string first;

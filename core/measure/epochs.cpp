@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <string>
 
 #include "core/error.hpp"
 #include "core/linear/decompositions.hpp"
 #include "core/linear/least_squares.hpp"
+#include "core/measure/held_epochs.hpp"
 #include "core/statistics/limits.hpp"
 #include "core/units.hpp"
 
@@ -16,7 +18,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kHighestDegree = 4;
+constexpr int kHighestDegree = 4;    // of the smooth error
 constexpr int kReadingsPerTerm = 4;  // as many again for the noise, and more
 constexpr double kRankShare = 1e-9;  // of the longest column: what is shorter is rounding
 constexpr double kSameMm = 1e-6;     // a coordinate that varies less is one value
@@ -115,6 +117,7 @@ Eigen::MatrixXd directions(std::span<const Reading> readings) {
 /// Readings with a pose, and the numbers of their epochs after the first.
 struct Measured {
   std::vector<Reading> readings;
+  int first_epoch = 0;
   std::set<int> later_epochs;
 };
 
@@ -125,7 +128,9 @@ Measured measured_of(std::span<const Reading> readings) {
     m.readings.push_back(r);
     m.later_epochs.insert(r.conditions.epoch);
   }
-  if (!m.later_epochs.empty()) m.later_epochs.erase(m.later_epochs.begin());
+  if (m.later_epochs.empty()) return m;
+  m.first_epoch = *m.later_epochs.begin();
+  m.later_epochs.erase(m.later_epochs.begin());
   return m;
 }
 
@@ -174,6 +179,58 @@ std::array<Eigen::MatrixXd, 3> shift_columns(const NominalMachine& machine, cons
   return columns;
 }
 
+/// Is there a step between the epochs of `group`, the others standing where they like? The variance
+/// ratio at `level`, over the coordinates. Nothing with too few readings.
+std::optional<bool> step_between(const NominalMachine& machine, const Measured& m,
+                                 const std::set<int>& group, double level) {
+  const auto n = static_cast<int>(m.readings.size());
+  const auto n_later = static_cast<int>(m.later_epochs.size());
+  if (n == 0) return std::nullopt;
+  const Smooth smooth = smooth_of(m.readings);
+  if (smooth.degree == 0 || n <= kReadingsPerTerm * (kChains + n_later)) return std::nullopt;
+  const auto epoch_of = [&m](int j) {
+    return m.readings[static_cast<std::size_t>(j)].conditions.epoch;
+  };
+  std::vector<int> apart, within;  // epochs after the first: within the group those after its first
+  bool is_first = !group.contains(m.first_epoch);
+  for (const int epoch : m.later_epochs) {
+    const bool later_of_group = group.contains(epoch) && !is_first;
+    (later_of_group ? within : apart).push_back(epoch);
+    if (group.contains(epoch)) is_first = false;
+  }
+  const Eigen::Index n_smooth = smooth.columns.cols();
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n_smooth + n_later);
+  A.leftCols(n_smooth) = smooth.columns;
+  Eigen::Index column = n_smooth;
+  for (const int epoch : apart) {
+    for (int j = 0; j < n; ++j) {
+      const int its = epoch_of(j);
+      A(j, column) = its == epoch || (group.contains(epoch) && group.contains(its)) ? 1 : 0;
+    }
+    ++column;
+  }
+  const Eigen::Index n_one = column;  // the group is one so far
+  for (const int epoch : within) {
+    for (int j = 0; j < n; ++j) A(j, column) = epoch_of(j) == epoch ? 1 : 0;
+    ++column;
+  }
+  const Eigen::MatrixXd d = deviations(machine, m.readings);
+  bool tested = false, step = false;
+  for (int c = 0; c < 3; ++c) {
+    if (!machine.machine().measured[static_cast<std::size_t>(c)]) continue;
+    const Left none = left_by(A.leftCols(n_one), d.col(c));
+    const Left steps = left_by(A, d.col(c));
+    const int more = steps.rank - none.rank, freedom = n - steps.rank;
+    if (more <= 0 || freedom <= 0) continue;
+    tested = true;
+    const double ratio = (none.sum_of_squares - steps.sum_of_squares) / more * freedom /
+                         std::max(steps.sum_of_squares, 1e-300);
+    if (ratio > variance_ratio_limit(level / 3, more, freedom)) step = true;
+  }
+  if (!tested) return std::nullopt;
+  return step;
+}
+
 }  // namespace
 
 EpochShift shift_of(const EpochShifts& shifts, int epoch) {
@@ -194,36 +251,52 @@ Pose out_of_frame(const Pose& frame, const Pose& pose) {
 
 EpochTest test_epochs(const NominalMachine& machine, std::span<const Reading> readings) {
   const Measured m = measured_of(readings);
-  const std::vector<Reading>& measured = m.readings;
   EpochTest test{.later_epochs = static_cast<int>(m.later_epochs.size())};
   if (test.later_epochs == 0) return test;
-  const auto n = static_cast<int>(measured.size());
-  const Smooth smooth = smooth_of(measured);
-  if (smooth.degree == 0 || n <= kReadingsPerTerm * (kChains + test.later_epochs)) return test;
-  Eigen::MatrixXd A(n, smooth.columns.cols() + test.later_epochs);
-  A.setZero();
-  A.leftCols(smooth.columns.cols()) = smooth.columns;
-  Eigen::Index column = smooth.columns.cols();
-  for (const int epoch : m.later_epochs) {
-    for (int j = 0; j < n; ++j) {
-      if (measured[static_cast<std::size_t>(j)].conditions.epoch == epoch) A(j, column) = 1;
-    }
-    ++column;
-  }
-  const Eigen::MatrixXd d = deviations(machine, measured);
-  test.hold = true;
-  for (int c = 0; c < 3; ++c) {
-    if (!machine.machine().measured[static_cast<std::size_t>(c)]) continue;
-    const Left none = left_by(smooth.columns, d.col(c)), steps = left_by(A, d.col(c));
-    const int more = steps.rank - none.rank, freedom = n - steps.rank;
-    if (more <= 0 || freedom <= 0) continue;
-    test.tested = true;
-    const double ratio = (none.sum_of_squares - steps.sum_of_squares) / more * freedom /
-                         std::max(steps.sum_of_squares, 1e-300);
-    if (ratio > variance_ratio_limit(test.level / 3, more, freedom)) test.hold = false;
-  }
-  test.hold = test.hold && test.tested;
+  std::set<int> all = m.later_epochs;
+  all.insert(m.first_epoch);
+  const std::optional<bool> steps = step_between(machine, m, all, test.level);
+  test.tested = steps.has_value();
+  test.hold = steps && !*steps;
   return test;
+}
+
+std::map<int, int> first_epochs(std::span<const std::pair<int, int>> held) {
+  std::map<int, int> before;  // of an epoch one that it held with
+  const auto first_of = [&before](int epoch) {
+    while (before.contains(epoch)) epoch = before[epoch];
+    return epoch;
+  };
+  for (const auto& [a, b] : held) {
+    const auto [low, high] = std::minmax({first_of(a), first_of(b)});
+    if (low != high) before[high] = low;
+  }
+  std::map<int, int> first;
+  for (const auto& [epoch, any] : before) first[epoch] = first_of(any);
+  return first;
+}
+
+void renumber(std::vector<Reading>& readings, const std::map<int, int>& first) {
+  for (Reading& r : readings) {
+    const auto at = first.find(r.conditions.epoch);
+    if (at != first.end()) r.conditions.epoch = at->second;
+  }
+}
+
+std::map<int, int> epochs_of_one_set_up(const NominalMachine& machine,
+                                        std::span<const Reading> readings,
+                                        std::span<const std::pair<int, int>> held) {
+  std::map<int, std::set<int>> groups;  // by their first
+  for (const auto& [epoch, first] : first_epochs(held)) groups[first].insert(epoch);
+  const Measured m = measured_of(readings);
+  std::map<int, int> of_one;
+  for (auto& [one, epochs] : groups) {
+    epochs.insert(one);
+    if (step_between(machine, m, epochs, kFalseStepOfHeld).value_or(false)) continue;
+    epochs.erase(one);
+    for (const int epoch : epochs) of_one[epoch] = one;
+  }
+  return of_one;
 }
 
 EpochShifts epoch_shifts(const NominalMachine& machine, std::span<const Reading> readings) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <numeric>
 
+#include "core/measure/bad_readings.hpp"
 #include "core/measure/lie.hpp"
 #include "core/measure/printed.hpp"
 #include "core/mechanism/machine_solver.hpp"
@@ -19,21 +20,25 @@ using namespace poses;
 
 namespace {
 
-constexpr double kNearlyAll = 0.95;  // ends of lines too, which a shifted frame leaves
-constexpr double kNearlyAllOfNormal = 1.96;
-constexpr double kAlike = 2;              // two that fit within this factor are both named
-constexpr double kNothingMm = 0.02;       // closer than this two hypotheses fit equally well
-constexpr double kMostUnreachable = 0.2;  // of the readings
-constexpr double kNoNoiseMm = 1e-3;       // closer to the plan than any measurement comes
-constexpr double kOneUnit = 0.02;         // two scales are one unit
-constexpr double kDeviates = 0.2;         // of the width: what errors alone may be
-constexpr double kMostScaled = 0.05;      // lead and tracker scale stay below
-constexpr double kMostTurnedRad = rad_from_deg(2);
-constexpr double kMostShiftedMm = 5;  // of frame, joint zero or command
-constexpr double kOneOrientationRad = rad_from_deg(0.05);
+constexpr double kNearlyAll = 0.95;          // ends of lines too, which a shifted frame leaves
+constexpr double kNearlyAllOfNormal = 1.96;  // |N(0, 1)| stays below it in 95 %
+constexpr double kAlike = 2;                 // two that fit within this factor are both named
+constexpr double kNothingMm = 0.02;          // closer than this two hypotheses fit equally well
+constexpr double kMostUnreachable = 0.2;     // of the readings
+constexpr double kNoNoiseMm = 1e-3;          // closer to the plan than any measurement comes
+constexpr double kOneUnit = 0.02;            // two scales are one unit
+constexpr double kDeviates = 0.2;            // of the width: what errors alone may be
+constexpr double kMostScaled = 0.05;         // lead and tracker scale stay below
+constexpr double kMostTurnedRad = rad_from_deg(2);         // of a frame that was aligned by hand
+constexpr double kMostShiftedMm = 5;                       // of frame, joint zero or command
+constexpr double kOneOrientationRad = rad_from_deg(0.05);  // orientations within it are one
 constexpr double kOtherLengthMm = 1;  // of R, r or S: no machining is that far off
 constexpr double kLeastMm = 0.5;      // closer nothing gross is seen, however near the poses
-constexpr int kMostRows = 2;          // that columns may be shifted by
+constexpr double kMicrometres = 1e3;  // in a millimetre
+constexpr std::array<double, 5> kLengthUnits = {1e-3, 1 / 25.4, 0.1, kMicrometres, 25.4};
+constexpr double kThird = 1.0 / 3;    // of the rows: where so many are on target, those are poses
+constexpr double kSmoothShare = 0.5;  // of their spread: what a smooth field leaves of errors
+constexpr int kMostRows = 10;         // that columns may be shifted by
 
 using Commands = std::vector<Displacements>;
 using Displaced = std::optional<Displacements>;
@@ -269,7 +274,7 @@ struct Fitted {
 
 class Search {
  public:
-  explicit Search(const Campaign& campaign) : solver_(campaign.machine) {
+  explicit Search(const Campaign& campaign) : campaign_(campaign), solver_(campaign.machine) {
     for (const Reading& r : campaign.readings) {
       if (!r.measured) continue;
       commands_.push_back(r.conditions.cmd_mm);
@@ -301,12 +306,15 @@ class Search {
     }
     const double sound_mm = std::max(kSoundShare * spread_mm_, kLeastMm);
     lie_ = lie(targets_, measured_);
-    const bool poses_lie = !parts_of(lie_, "measured").empty() || deviating();
+    const bool targets_lie = of_measured_.whole_mm < of_targets_.whole_mm &&
+                             !parts_of(lie(measured_, targets_), "target").empty();
+    const bool poses_lie = !parts_of(lie_, "measured").empty() || targets_lie || deviating();
     const bool commands_lie =
         of_targets_.scatter_mm > sound_mm || of_targets_.whole_mm > kMostShiftedMm;
     const bool robot_lies = of_measured_.scatter_mm > sound_mm;
     shifted_rows();
-    if (poses_lie && fitted_.empty()) of_poses();
+    if (poses_lie) of_poses();
+    if (fitted_.empty() && !lie_.similar()) of_columns();
     if (robot_lies) of_wires();
     if (commands_lie && !(poses_lie && of_measured_.whole_mm < of_targets_.whole_mm)) of_commands();
     other_lengths();
@@ -373,11 +381,65 @@ class Search {
       for (const Pose& p : wrong) right.push_back(l.back(p));
       const double left_mm = off_mm(targets ? measured_ : targets_, right);
       consider(parts.front().kind, what, left_mm, l.off_mm, kLie, INFINITY);
+      if (fitted_.empty() && parts.front().kind == Mistake::radians && parts.size() == 1) {
+        fitted_.push_back({{Mistake::radians, what,
+                            printed("they are %.4g +- %.2g times those of the targets",
+                                    l.angle.fitted_slope, l.angle.slope_error)},
+                           kNothingMm});
+      }
       if (!fitted_.empty() && fitted_.back().suspicion.what == what) {  // beside wires: in drives
         const double drives_mm = distance({solver_}, commands_, right).scatter_mm;
         if (std::isfinite(drives_mm)) fitted_.back().left_mm = std::max(drives_mm, kNothingMm);
       }
     }
+  }
+
+  /// One column in another unit than the others.
+  void of_columns() {
+    for (const double unit : kLengthUnits) {
+      for (const bool is_x : {true, false}) {
+        Poses right = measured_;
+        for (Pose& p : right) (is_x ? p.x_mm : p.y_mm) /= unit;
+        consider(Mistake::scale, std::string("measured ") + (is_x ? "x " : "y ") + unit_words(unit),
+                 off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
+      }
+    }
+    if (fitted_.empty()) of_micrometres();
+  }
+
+  /// Whatever is small lies on its target; errors of a machine also follow the place smoothly.
+  void of_micrometres() {
+    Campaign as_deviations = campaign_;
+    std::vector<double> x, y, off;
+    std::size_t k = 0;
+    Poses right;
+    for (Reading& r : as_deviations.readings) {
+      if (!r.measured) continue;
+      const Pose& deviation = measured_[k++];
+      off.push_back(std::abs(place_of(deviation) - place_of(r.target)));
+      x.push_back(deviation.x_mm / kMicrometres);
+      y.push_back(deviation.y_mm / kMicrometres);
+      r.measured->x_mm = r.target.x_mm + x.back();
+      r.measured->y_mm = r.target.y_mm + y.back();
+      right.push_back(*r.measured);
+      right.back().phi_rad = r.target.phi_rad;
+    }
+    const SmoothResidual left = smooth_residual(as_deviations);
+    const double spread_mm =
+        std::hypot(robust_sigma(about_median(x)), robust_sigma(about_median(y)));
+    if (left.degrees_of_freedom < kFewestScreened ||
+        robust_sigma(off, kThird, 1) < kMostShiftedMm ||
+        !(std::hypot(left.x_mm, left.y_mm) < kSmoothShare * spread_mm))
+      return;
+    consider(Mistake::deviations,
+             "deviations from the targets in micrometres stand in place of measured x and y",
+             off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
+  }
+
+  static std::vector<double> about_median(std::vector<double> values) {
+    const double middle = median(values);
+    for (double& v : values) v -= middle;
+    return values;
   }
 
   void deviations() {
@@ -426,7 +488,7 @@ class Search {
           now_mm, kFit, bound_mm);
     }
     scaled_commands(kFit, bound_mm);
-    for (const double unit : {1e-3, 1 / 25.4, 0.1, 1e3, 25.4}) {
+    for (const double unit : kLengthUnits) {
       Poses right = targets_;
       for (Pose& p : right) p = {p.x_mm / unit, p.y_mm / unit, p.phi_rad};
       consider(Mistake::scale, "target x and y " + unit_words(unit) + ", measured ones too",
@@ -519,7 +581,7 @@ class Search {
   void shifted_rows() {
     const double now_mm = lie_.off_mm;
     for (int by = -kMostRows; by <= kMostRows; ++by) {
-      if (by == 0 || commands_.size() < static_cast<std::size_t>(kFewestScreened + kMostRows))
+      if (by == 0 || commands_.size() < static_cast<std::size_t>(kFewestScreened + std::abs(by)))
         continue;
       const std::string rows =
           std::to_string(std::abs(by)) + (std::abs(by) == 1 ? " row" : " rows");
@@ -539,14 +601,18 @@ class Search {
     }
   }
 
+  /// The first word of what is wrong: "commands", "target".
+  static std::string column_of(const Suspicion& s) { return s.what.substr(0, s.what.find(' ')); }
+
   std::vector<Suspicion> chosen(bool robot_lies, bool commands_lie) {
     std::stable_sort(fitted_.begin(), fitted_.end(),
                      [](const Fitted& a, const Fitted& b) { return a.left_mm < b.left_mm; });
     std::vector<Suspicion> all;
     for (const Fitted& f : fitted_) {
       if (f.left_mm > kAlike * fitted_.front().left_mm || all.size() == 2) break;
-      const bool named = std::any_of(
-          all.begin(), all.end(), [&](const Suspicion& s) { return s.kind == f.suspicion.kind; });
+      const bool named = std::any_of(all.begin(), all.end(), [&](const Suspicion& s) {
+        return s.kind == f.suspicion.kind && column_of(s) == column_of(f.suspicion);
+      });
       if (!named) all.push_back(f.suspicion);
     }
     const bool wild = lie_.place.left_mm > kMostShiftedMm && robot_lies;
@@ -562,6 +628,7 @@ class Search {
     return all;
   }
 
+  Campaign campaign_;
   MachineSolver solver_;
   Commands commands_;
   Poses targets_, measured_;
@@ -590,7 +657,7 @@ Campaign completed(const Campaign& campaign) {
   return all;
 }
 
-std::vector<Suspicion> gross_mistakes(const Campaign& campaign) {
+std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign) {
   Search search(completed(campaign));
   return search.enough() ? search.found() : std::vector<Suspicion>{};
 }
@@ -640,7 +707,7 @@ std::vector<Suspicion> gross_mistakes_of_few(const Campaign& as_measured) {
          return Pose{p.x_mm + t.x_mm, p.y_mm + t.y_mm, 0};
        }},
   }};
-  constexpr double kTenth = 0.1;
+  constexpr double kTenth = 0.1;  // of few readings a fifth is chance
   std::vector<Fitted> fitted;
   const auto consider = [&](Mistake kind, std::string what, double left_mm, double now_mm) {
     if (!(left_mm < kCloseMm && left_mm < kTenth * now_mm)) return;

@@ -24,6 +24,11 @@ namespace trammel {
 /// Limits: kMostTurnedRad, kMostShiftedMm and kMostScaled below are far beyond what machining and
 /// alignment leave and what a model of the geometry takes up: a lead of 25.4 for 25 scales
 /// by 1.016. Proof: tests/core/measure/screen_test.cpp.
+std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign);
+
+/// The same, and where no mistake of all readings is named those of a part of them: one set, one
+/// epoch, or the rows that lie five times as far from their targets as the others (two exports in
+/// one file). An epoch's own frame is no mistake. Proof: tests/core/measure/mistakes_test.cpp.
 std::vector<Suspicion> gross_mistakes(const Campaign& campaign);
 
 /// The same from one reading on, where a session has just begun: mistakes without a number of their

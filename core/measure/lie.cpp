@@ -10,7 +10,9 @@ namespace trammel::poses {
 
 namespace {
 
-constexpr double kArmMm = 100;  // an orientation counts by what it moves at this arm
+constexpr double kOneSlope = 0.03;  // two slopes are one unit's: geometry turns phi by less
+constexpr double kSure = 6;         // standard errors of a fitted slope
+constexpr double kArmMm = 100;      // an orientation counts by what it moves at this arm
 
 double width_of(const std::vector<Complex>& points) {
   std::vector<double> x, y;
@@ -32,6 +34,42 @@ AngleFit angles(const Poses& from, const Poses& to, double slope, bool free_offs
   for (double& v : off) v = wrapped(v - fit.offset_rad);
   fit.left_rad = robust_sigma(off) / std::abs(slope);
   return fit;
+}
+
+/// The slope about the middles by least squares, without what stays beyond four medians.
+void fit_slope(const Poses& from, const Poses& to, AngleFit& fit) {
+  constexpr int kTrims = 3;
+  constexpr double kFar = 4;
+  std::vector<double> u, v;
+  for (const Pose& p : from) u.push_back(p.phi_rad);
+  for (const Pose& p : to) v.push_back(p.phi_rad);
+  const double middle_u = middle_of_angles(u), middle_v = middle_of_angles(v);
+  for (double& a : u) a = wrapped(a - middle_u);
+  for (double& a : v) a = wrapped(a - middle_v);
+  std::vector<bool> keep(u.size(), true);
+  for (int round = 0; round < kTrims; ++round) {
+    double n = 0, su = 0, sv = 0, uu = 0, uv = 0, left2 = 0;
+    for (std::size_t k = 0; k < u.size(); ++k) {
+      if (!keep[k]) continue;
+      n += 1;
+      su += u[k];
+      sv += v[k];
+      uu += u[k] * u[k];
+      uv += u[k] * v[k];
+    }
+    const double spread = uu - su * su / n;
+    if (!(spread > 0) || n < 3) return;
+    fit.fitted_slope = (uv - su * sv / n) / spread;
+    const double offset = (sv - fit.fitted_slope * su) / n;
+    std::vector<double> left;
+    for (std::size_t k = 0; k < u.size(); ++k) {
+      left.push_back(std::abs(v[k] - offset - fit.fitted_slope * u[k]));
+      if (keep[k]) left2 += left.back() * left.back();
+    }
+    fit.slope_error = std::sqrt(left2 / (n - 2) / spread);
+    const double limit = kFar * median(left);
+    for (std::size_t k = 0; k < u.size(); ++k) keep[k] = left[k] <= limit;
+  }
 }
 
 /// In angles of either side: a large slope makes everything small on one of them.
@@ -56,7 +94,18 @@ AngleFit angles(const Poses& from, const Poses& to) {
   };
   consider(-1);
   for (const AngleUnit& unit : kAngleUnits) consider(unit.slope);
+  fit_slope(from, to, best);
   if (best.slope != 1) return best;
+  for (const AngleUnit& unit : kAngleUnits) {
+    const double off = std::abs(best.fitted_slope - unit.slope);
+    if (off > kOneSlope * unit.slope || best.slope_error > kOneSlope * unit.slope ||
+        best.slope_error * kSure > std::abs(unit.slope - 1))
+      continue;
+    AngleFit fit = angles(from, to, unit.slope, true);
+    fit.fitted_slope = best.fitted_slope;
+    fit.slope_error = best.slope_error;
+    return fit;
+  }
   for (const double slope : {rad_from_deg(1), deg_from_rad(1)}) {  // at one orientation
     const AngleFit fit = angles(from, to, slope, false);
     if (far_better(fit, angles(from, to, 1, false))) best = fit;

@@ -3,6 +3,7 @@
 // orientations. Robust: a quarter of wild readings decides nothing.
 
 #include <array>
+#include <cmath>
 #include <complex>
 #include <vector>
 
@@ -64,7 +65,8 @@ inline constexpr std::array<AngleUnit, 7> kAngleUnits = {
 struct AngleFit {
   double slope = 1;
   double offset_rad = 0;
-  double left_rad = 0;  // robust, in angles of `from`
+  double left_rad = 0;                              // robust, in angles of `from`
+  double fitted_slope = 1, slope_error = INFINITY;  // by least squares, and its standard error
 };
 
 struct Lie {
@@ -83,7 +85,8 @@ struct Lie {
   }
 };
 
-/// Of `to` on `from`; mirrored, or with another slope, where that fits far better.
+/// Of `to` on `from`; mirrored, or with another slope, where that fits far better or is what a
+/// fitted slope says beyond doubt (gradians over a few degrees).
 /// Proof: tests/core/measure/mistakes_test.cpp.
 Lie lie(const Poses& from, const Poses& to);
 

@@ -8,6 +8,7 @@
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/doubts.hpp"
 #include "core/measure/gross.hpp"
+#include "core/measure/held_epochs.hpp"
 #include "core/units.hpp"
 
 namespace trammel {
@@ -42,7 +43,8 @@ constexpr std::array<MistakeRule, 25> kRules = {{
     {Mistake::nominal, "nominal", Gravity::doubt, "export what was measured, not the nominals"},
     {Mistake::sigma_unit, "sigma_unit", Gravity::doubt,
      "state tracker.sigma_xy_mm in mm and tracker.sigma_phi_deg in deg"},
-    {Mistake::temperature_unit, "temperature_unit", Gravity::doubt, "state temp_degc in deg C"},
+    {Mistake::temperature_unit, "temperature_unit", Gravity::doubt,
+     "state temp_degc in deg C, and leave the cell empty where it was not read"},
     {Mistake::clock, "clock", Gravity::doubt,
      "put time_s right: drift and temperature effects follow it"},
     {Mistake::duplicated, "duplicated", Gravity::doubt,
@@ -77,8 +79,10 @@ std::string to_string(Gravity gravity) {
   return kNames[static_cast<std::size_t>(gravity)];
 }
 
-std::vector<Suspicion> screened(const Campaign& as_measured) {
-  const Campaign campaign = completed(as_measured);
+std::vector<Suspicion> screened(const Campaign& as_measured,
+                                std::span<const std::pair<int, int>> held) {
+  Campaign campaign = completed(as_measured);
+  renumber(campaign.readings, first_epochs(held));
   std::vector<Suspicion> found = gross_mistakes(campaign);
   if (found.empty()) found = bad_readings(campaign);
   for (Suspicion& doubt : doubts(campaign, found)) found.push_back(std::move(doubt));

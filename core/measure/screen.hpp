@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/measure/reading.hpp"
@@ -67,9 +68,11 @@ struct Suspicion {
 
 /// Everything the screen finds: gross mistakes (gross.hpp), two at most, and where there are none
 /// what else is doubtful or worth a remark (doubts.hpp, bad_readings.hpp), in the order of the
-/// table. Proof: each kind put into a clean campaign is named, and clean ones of several designs
-/// are not suspected (tests/core/measure/mistakes_test.cpp, tests/core/measure/screen_test.cpp).
-std::vector<Suspicion> screened(const Campaign& campaign);
+/// table. `held`: epochs between which the set-up held are one. Proof: each kind put into a clean
+/// campaign is named, and clean ones of several designs are not suspected
+/// (tests/core/measure/mistakes_test.cpp, tests/core/measure/screen_test.cpp).
+std::vector<Suspicion> screened(const Campaign& campaign,
+                                std::span<const std::pair<int, int>> held = {});
 
 [[nodiscard]] bool is_gross(const std::vector<Suspicion>& found);
 

@@ -12,8 +12,8 @@ namespace {
 constexpr double kTolerance = 1e-12;         // relative to the displacement, mm
 constexpr double kRoundingMm = 1e-11;        // what a step that no longer improves may leave
 constexpr double kSingularCondition = 1e-9;  // |det J_F2| / r below this: no unique step
-constexpr int kMaxIterations = 50;
-constexpr int kMaxHalvings = 20;
+constexpr int kMaxIterations = 50;  // a bound: far from singular poses Newton converges at once
+constexpr int kMaxHalvings = 20;    // a step of a millionth is none
 
 }  // namespace
 

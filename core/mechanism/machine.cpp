@@ -54,7 +54,7 @@ void require_machine(bool ok, const std::string& field, const std::string& got,
 
 /// No machine on a bench is longer, and nothing that squares a length overflows.
 constexpr double kLongestMm = 1e5;
-constexpr double kMostLeadMm = 1e4;
+constexpr double kMostLeadMm = 1e4;  // of a rack, a turn
 
 bool within_range(ValueRange range, double value) {
   return std::abs(value) <= kLongestMm && (range == ValueRange::any || value > 0 ||

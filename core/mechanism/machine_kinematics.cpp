@@ -192,7 +192,7 @@ class InAssembly {
   /// As the drives go straight from `X`'s to `q_mm`, in shorter pieces where a whole one fails.
   std::optional<Pose> follow(const Displacements& q_mm, Pose X) {
     const Displacements from = drives_at(machine_, X).q_mm;
-    constexpr double kShortest = 1.0 / 64;
+    constexpr double kShortest = 1.0 / 64;  // piece of the way
     double done = 0, piece = 1;
     while (done < 1) {
       const double to = std::min(1.0, done + piece);

@@ -11,7 +11,7 @@ namespace trammel {
 
 namespace {
 
-constexpr std::size_t kMaxPlanned = 1000000;
+constexpr std::size_t kMaxPlanned = 1000000;  // points: a year of measuring
 
 void require_sensible(const PlanRequest& request) {
   std::size_t poses = 0;

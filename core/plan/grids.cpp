@@ -15,7 +15,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMaxPoints = 1000000;
+constexpr int kMaxPoints = 1000000;  // a year of measuring
 
 void require(bool ok, const std::string& what, const std::string& got) {
   if (!ok) throw InputError({.what = what, .got = got});

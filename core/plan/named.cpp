@@ -8,7 +8,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kUnmeasured = 48;
+constexpr int kUnmeasured = 48;  // the paper's second set
 
 std::vector<TargetGroup> single(std::vector<Pose> poses) { return {{"", std::move(poses)}}; }
 

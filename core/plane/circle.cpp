@@ -10,7 +10,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMaxGaussNewtonSteps = 50;
+constexpr int kMaxGaussNewtonSteps = 50;  // a bound: it ends where the step is rounding
 constexpr double kStepTolerance = 1e-12;  // of the radius
 constexpr double kFlatness = 1e-8;        // narrower than this share of its length is a line
 

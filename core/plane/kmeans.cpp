@@ -10,7 +10,7 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMaxLloydSteps = 300;
+constexpr int kMaxLloydSteps = 300;  // a bound: it ends where the owners stand still
 
 double d2(Place a, Place b) {
   const double dx = a.x_mm - b.x_mm, dy = a.y_mm - b.y_mm;

@@ -8,7 +8,7 @@ namespace trammel {
 
 namespace {
 
-constexpr double kSamePlaceMm = 1e-9;
+constexpr double kSamePlaceMm = 1e-9;  // rounding
 
 }  // namespace
 

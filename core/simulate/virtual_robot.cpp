@@ -165,7 +165,7 @@ MachinePose VirtualRobot::solve(const Conditions& conditions) const {
   // The platform slides to where its guides are bent as they are there: each look is 1e-3 of the
   // one before for a guide that is out by as much as a milliradian.
   constexpr int kMostLooks = 20;
-  constexpr double kStillMm = 1e-13;
+  constexpr double kStillMm = 1e-13;  // rounding of a pose
   MachineSolver solver(bent(s, truth_.nominal.home));
   MachinePose stands = solver.pose(moved, truth_.nominal.home);
   for (int look = 0; guides_follow_the_pose && stands.ok() && look < kMostLooks; ++look) {

@@ -21,7 +21,7 @@ double student_limit(double p, double degrees) {
 double student3_reach(double n, double p) { return std::cbrt(2.205 * n / p); }
 
 double Kurtosis::in_errors() const {
-  constexpr double kEnough = 30;
+  constexpr double kEnough = 30;  // values: of fewer the error of a kurtosis is not sqrt(24 / n)
   if (n_ < kEnough || squares_ <= 0) return 0;
   return (fourths_ * n_ / (squares_ * squares_) - 3) / std::sqrt(24 / n_);
 }

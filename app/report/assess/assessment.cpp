@@ -9,24 +9,20 @@
 
 #include "app/files/budget_json.hpp"
 #include "app/job/fitted_range.hpp"
-#include "app/job/held_out.hpp"
 #include "app/job/run.hpp"
+#include "app/report/job_uncertainty.hpp"
 #include "app/report/methods.hpp"
 #include "app/terminal/counted.hpp"
-#include "core/calibrate/uncertainty.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/floor.hpp"
 #include "core/judge/range.hpp"
 #include "core/judge/verdict.hpp"
 #include "core/measure/noise.hpp"
-#include "core/plane/blocks.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {
 
 namespace {
-
-constexpr int kBlocks = 6;
 
 struct Noise {
   std::optional<NoiseLevel> level;
@@ -123,35 +119,14 @@ std::vector<Pairs> stored_pairs(const report::Measured& measured, const store::J
   return all;
 }
 
-/// The fitted readings, each under a correction that never saw its block.
-Pairs cross_validated(const store::Job& job, const Campaign& campaign,
-                      const std::vector<Reading>& fitted) {
-  std::vector<Place> places;
-  for (const Reading& r : fitted) places.push_back({r.target.x_mm, r.target.y_mm});
-  const job::Stage& stage = job::find_stage(job.data.stage);
-  const job::Json parameters = job::completed(stage, job::Json::parse(job.data.parameters_json));
-  const auto fit = [&](const Campaign& training) {
-    return stage.run(job::as_asked(training, parameters), parameters).correction;
-  };
+Pairs cross_validated_pairs(const report::JobUncertainty& job) {
   Pairs pairs;
-  pairs.judged.session = fmt::format("{} spatial blocks", kBlocks);
+  pairs.judged.session = fmt::format("{} spatial blocks", job.cross_validated->blocks);
   pairs.judged.set = "identify";
   pairs.judged.predicted = pairs.judged.cross_validated = true;
-  const std::vector<int> block = spatial_blocks(places, kBlocks);
-  pairs.after = job::held_out_poses(fit, campaign, fitted, block);
-  std::vector<FittedRange> others;  // what each block was predicted from
-  for (int b = 0; b < kBlocks; ++b) {
-    std::vector<Reading> rest;
-    for (std::size_t k = 0; k < fitted.size(); ++k) {
-      if (block[k] != b) rest.push_back(fitted[k]);
-    }
-    others.push_back(fitted_range(rest));
-  }
-  for (std::size_t k = 0; k < fitted.size(); ++k) {
-    pairs.before.push_back(&fitted[k]);
-    pairs.outside.push_back(
-        others[static_cast<std::size_t>(block[k])].why_outside(fitted[k].target));
-  }
+  pairs.after = job.cross_validated->after;
+  pairs.outside = job.cross_validated->outside;
+  for (const Reading& r : job.fitted) pairs.before.push_back(&r);
   return pairs;
 }
 
@@ -223,38 +198,10 @@ void warn(const Pairs& pairs, const FittedRange& range, std::vector<std::string>
       std::back_inserter(warnings));
 }
 
-/// The held-out errors of all sets, within range, and where they come from.
-std::string whence(const std::vector<Pairs>& all, std::vector<HeldOut>& held_out) {
-  std::string names;
-  for (const Pairs& p : all) {
-    if (p.judged.standing != Standing::unseen) continue;
-    const std::vector<Pose> own = p.errors();
-    for (std::size_t k = 0; k < own.size(); ++k) {
-      if (p.outside[k].empty()) held_out.push_back({p.before[k], own[k]});
-    }
-    names += (names.empty() ? "" : ", ") + p.judged.session;
-  }
-  return "held-out points in range (" + names + ")";
-}
-
-/// Of the points with U: the root mean square of their standard uncertainty.
-std::optional<double> model_u_mm(const std::vector<Judged>& sets) {
-  double squares = 0;
-  int n = 0;
-  for (const Judged& j : sets) {
-    for (const Point& p : j.points) {
-      if (!p.U) continue;
-      squares += p.U->U_mm * p.U->U_mm / 4;
-      ++n;
-    }
-  }
-  if (n == 0) return std::nullopt;
-  return std::sqrt(squares / n);
-}
-
 /// The budget; and what of it U and the intervals of the improvement lack.
-void add_budget(JobAssessment& out, const Campaign& campaign, const NoiseLevel& noise) {
-  out.budget = budget_of(campaign, budget_facts(campaign), noise, model_u_mm(out.sets));
+void add_budget(JobAssessment& out, const Campaign& campaign, const NoiseLevel& noise,
+                std::optional<double> model_u_mm) {
+  out.budget = budget_of(campaign, budget_facts(campaign), noise, model_u_mm);
   const double beside_mm = combined_mm(out.budget, false);
   for (Judged& j : out.sets) {
     std::vector<double> before, after;
@@ -269,23 +216,6 @@ void add_budget(JobAssessment& out, const Campaign& campaign, const NoiseLevel& 
   }
 }
 
-/// What the correction knows of itself, widened by what held-out points show beyond it; else by
-/// these alone; nothing where there are too few of them, or no sigma.
-std::optional<PointUncertainty> uncertainty_of(const Correction& correction, const Machine& machine,
-                                               const std::vector<Reading>& fitted,
-                                               const std::vector<Pairs>& all, const Noise& noise) {
-  if (!noise.level) return std::nullopt;
-  const TrackerSigma& sigma = noise.level->sigma;
-  std::vector<HeldOut> held_out;
-  const std::string from = whence(all, held_out);
-  for (HeldOut& h : held_out) h.measured = machine.measured;
-  if (const auto own = own_uncertainty(correction, machine, fitted, sigma)) {
-    return calibrated(*own, held_out, sigma);
-  }
-  if (held_out.size() < kFewestHeldOut) return std::nullopt;
-  return held_out_uncertainty(held_out, from, sigma);
-}
-
 JobAssessment assessed_job(store::Connection& connection, const store::CampaignRow& campaign,
                            const report::Measured& measured, const std::string& session,
                            const store::Job& job, const Noise& noise) {
@@ -295,29 +225,22 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
                       .expected = "a job of " + campaign.name,
                       .hint = "trammel job list " + campaign.name});
   }
-  const Campaign trained = job::trained_on(connection, job);
-  const std::vector<Reading> fitted = job::identify_rows(trained);
   std::vector<report::Group> groups = report::baseline_groups(measured);
   std::erase_if(groups, [&session](const report::Group& g) {
     return !session.empty() && g.walk->session.name != session;
   });
-  const FittedRange range = fitted_range(fitted);
-  std::vector<Pairs> all = stored_pairs(measured, job, groups, range);
-  const bool any_held_out = std::ranges::any_of(
-      all, [](const Pairs& p) { return p.judged.standing == Standing::unseen; });
+  const report::JobUncertainty known =
+      report::uncertainty_of(connection, measured, job, noise.level);
+  const std::optional<PointUncertainty>& uncertainty = known.of;
+  std::vector<Pairs> all = stored_pairs(measured, job, groups, known.range);
   JobAssessment out;
   out.id = job.id;
   out.stage = job.data.stage;
-  if (!any_held_out) {
-    try {
-      all.push_back(cross_validated(job, trained, fitted));
-    } catch (const InputError& error) {
-      out.warnings.push_back("nothing is held out, and cross-validation could not run: " +
-                             error.text().what);
-    }
+  if (known.cross_validated) all.push_back(cross_validated_pairs(known));
+  if (!known.why_not_validated.empty()) {
+    out.warnings.push_back("nothing is held out, and cross-validation could not run: " +
+                           known.why_not_validated);
   }
-  const std::optional<PointUncertainty> uncertainty = uncertainty_of(
-      job::correction_of(job.data.result_json), measured.campaign.machine, fitted, all, noise);
   if (uncertainty) out.uncertainty_from = uncertainty->basis;
   for (Pairs& pairs : all) {
     judge(pairs, uncertainty, noise);
@@ -325,10 +248,10 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
       pairs.judged.covered_pct =
           covered_pct(pairs, measured.campaign.machine.measured, noise.level->sigma.xy_mm);
     }
-    warn(pairs, range, out.warnings);
+    warn(pairs, known.range, out.warnings);
     out.sets.push_back(std::move(pairs.judged));
   }
-  if (noise.level) add_budget(out, measured.campaign, *noise.level);
+  if (noise.level) add_budget(out, measured.campaign, *noise.level, known.rms_mm);
   return out;
 }
 

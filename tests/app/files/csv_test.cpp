@@ -63,6 +63,8 @@ TEST_CASE("tables as people have them are read where they have one reading", "[e
            "a\tb\n1,5\t2\n",            // tabs
            "\xEF\xBB\xBF\"a\";\"b\"\r\n\"1,5\" ; 2\r\n",
            "a,b,,\n1.5,2,,\n",  // separators behind the last column
+           "sep=;\r\na;b\r\n1,5;2\r\n",
+           "# made by a scale, in mm, \"raw\"\na,b\n#\n1.5,2\n# the end\n",
        }) {
     CAPTURE(text);
     const CsvTable table = parse_csv(text, "t.csv");
@@ -73,6 +75,7 @@ TEST_CASE("tables as people have them are read where they have one reading", "[e
     CHECK(table.rows[0].cells[1].text == "2");
   }
   const std::pair<const char*, const char*> two_readings[] = {
+      {"sep=x\naxb\n1x2\n", "names no comma"},
       {"a,b;c\n1,2;3\n", "more than one of comma, semicolon and tab"},
       {"a;b\n1,234;5.5\n", "has two readings"},
       {"\xFF\xFE"
@@ -83,6 +86,13 @@ TEST_CASE("tables as people have them are read where they have one reading", "[e
     CAPTURE(text);
     CHECK_THROWS_WITH(parse_csv(text, "t.csv"), Contains(what));
   }
+}
+
+TEST_CASE("text that begins with # is no comment where it is a cell", "[exchange]") {
+  const CsvTable table = parse_csv("#,b\n# 1 of 2,3\n#2,4\n", "t.csv");
+  REQUIRE(table.rows.size() == 2);
+  CHECK(table.header.cells[0].text == "#");
+  CHECK(table.rows[0].cells[0].text == "# 1 of 2");
 }
 
 TEST_CASE("text that a spreadsheet would run is defused, numbers are not, and nothing is lost",

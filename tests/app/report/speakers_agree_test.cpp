@@ -199,6 +199,14 @@ TEST_CASE("all speakers print the same n, mean and set, for any campaign", "[rep
       CHECK(by_report_json(report, method) == said);
       check_within(said, by_assess(lab, job->id));
       check_within(by_job(*job), view);
+      check_within(by_job(*job), by_assess(lab, job->id));
+      if (method == "lsq") {  // the headline's
+        check_within(by_job(*job), said);
+        const auto assessed = assess::gather(lab.db, store::require_campaign(lab.db, "lab"), "",
+                                             std::to_string(job->id));
+        CHECK(combined_mm(report.budget) == combined_mm(assessed.job->budget));
+        CHECK(combined_mm(report.budget) > 0);
+      }
       CHECK(view.size() == by_job(*job).size());
       // The session that was stopped repeats two of the new points: it judges nothing.
       CHECK(n_of(by_job(*job), false, true) == n_unseen);
@@ -368,6 +376,8 @@ TEST_CASE("the headline's method is chosen by a rule, never by the least error i
   r.tables.push_back(table("rbf", Standing::unseen, false, 0.08));  // measured again
   says("the radial basis network");
   says("95 % interval");
+  r.tables.insert(r.tables.begin(), table("idw", Standing::unseen, false, 0.07));
+  says("the radial basis network");  // whatever the order, and what is left
   r.tables = {table("lsq", Standing::unknown_epoch, true, 0.01)};
   says("none that judges");
 }

@@ -87,6 +87,70 @@ TEST_CASE("each gross mistake is named by its kind, two kinds at most", "[measur
   check_named(exchanged, "exchanged");
 }
 
+TEST_CASE("a mistake in one column, or in the rows of one export, is named", "[measure]") {
+  const Campaign clean = hide({}, 0, 61).campaign;
+  const auto third = [](const Reading& r) { return r.seq % 3 == 0; };
+  const auto late = [&clean](const Reading& r) {
+    return r.seq > static_cast<int>(clean.readings.size()) / 2;
+  };
+  const auto part = [](Campaign campaign, auto is_wrong, auto f, bool as_a_set) {
+    for (Reading& r : campaign.readings) {
+      if (as_a_set) r.set = is_wrong(r) ? ReadingSet::validate : ReadingSet::identify;
+      if (is_wrong(r)) r.measured = f(*r.measured);
+    }
+    return campaign;
+  };
+  const auto radians = [](Pose p) {
+    p.phi_rad = rad_from_deg(p.phi_rad);
+    return p;
+  };
+  const auto metres = [](const Pose& p) { return Pose{p.x_mm / 1e3, p.y_mm / 1e3, p.phi_rad}; };
+  const auto mirrored = [](const Pose& p) { return Pose{p.x_mm, -p.y_mm, -p.phi_rad}; };
+  check_named(part(clean, third, radians, true), "radians");
+  check_named(part(clean, third, mirrored, true), "frame_mirrored");
+  check_named(part(clean, late, metres, false), "scale");
+  check_named(part(clean, third, metres, false), "scale");
+  const Campaign narrow = hide({}, 0, 65, {.reach = 0.5}).campaign;  // within 2 deg
+  check_named(part(narrow, third, radians, true), "radians");
+  check_named(with_poses(narrow,
+                         [](Pose p) {
+                           p.phi_rad /= 0.9;
+                           return p;
+                         }),
+              "radians");
+  check_named(with_poses(clean,
+                         [](Pose p) {
+                           p.x_mm /= 1e3;
+                           return p;
+                         }),
+              "scale");
+  Campaign deviations = clean;
+  for (Reading& r : deviations.readings) {
+    r.measured->x_mm = 1e3 * (r.measured->x_mm - r.target.x_mm);
+    r.measured->y_mm = 1e3 * (r.measured->y_mm - r.target.y_mm);
+  }
+  check_named(deviations, "deviations");
+  Campaign shifted = clean;
+  for (std::size_t i = shifted.readings.size(); i-- > 3;)
+    shifted.readings[i].measured = shifted.readings[i - 3].measured;
+  check_named(shifted, "shifted_rows");
+}
+
+TEST_CASE("no part of a sound campaign is suspected: 0 of 60", "[measure]") {
+  for (std::uint64_t seed = 7100; seed < 7160; ++seed) {
+    const Design design{.name = seed % 2 == 0 ? "rich" : "paper",
+                        .reach = seed % 3 == 0 ? 0.15 : 1,
+                        .epochs = 1 + static_cast<int>(seed % 3),
+                        .student = seed % 5 == 0 ? 3.0 : 0.0};
+    Campaign campaign = hide({}, 0, seed, design).campaign;
+    for (Reading& r : campaign.readings) {
+      if (r.seq % 4 == 0) r.set = ReadingSet::validate;
+    }
+    CAPTURE(seed);
+    CHECK(kinds_of(campaign).empty());
+  }
+}
+
 TEST_CASE("what is sound is not suspected, with effects of several millimetres too", "[measure]") {
   CHECK(kinds_of(hide({}, 0, 62).campaign).empty());
   CHECK(kinds_of(hide({}, 0, 62, {.name = "paper"}).campaign).empty());

@@ -299,6 +299,22 @@ TEST_CASE("what is doubtful is named with its readings, and nothing else", "[mea
        },
        {}},
       {"temperature_unit", [](Campaign& c) { c.readings[7].conditions.temp_degc = 70; }, {8}},
+      {"temperature_unit", [](Campaign& c) { c.readings[7].conditions.temp_degc = 0; }, {8}},
+      {"temperature_unit",
+       [](Campaign& c) {
+         for (Reading& r : c.readings) r.conditions.temp_degc = 0;
+       },
+       {}},
+      {"clock",
+       [](Campaign& c) {
+         for (Reading& r : c.readings) *r.conditions.time_s *= 1e3;
+       },
+       {}},
+      {"clock",
+       [](Campaign& c) {
+         for (Reading& r : c.readings) r.conditions.time_s = 7;
+       },
+       {}},
       {"clock",
        [](Campaign& c) {
          for (std::size_t k = 40; k < c.readings.size(); ++k)
