@@ -31,7 +31,7 @@ std::string next_of(const Finished& done) {
 
 TEST_CASE("a wrong line is not suggested again", "[cli]") {
   const tests::TemporaryFolder folder;
-  folder.write("bad.json", "{}");
+  folder.write("bad.json", R"({"type": "3-PRR"})");
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{"plan", "check", "nowhere.json"},
                                              {"mechanism", "check", "nowhere.json"},
