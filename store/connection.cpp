@@ -63,7 +63,7 @@ constexpr std::array kAdvice = {
     Advice{SQLITE_LOCKED, "the database is in use", "finish the other operation first"},
     Advice{SQLITE_READONLY, "the database can not be written",
            "check the permissions of the file and its folder"},
-    Advice{SQLITE_CANTOPEN, "the database can not be opened",
+    Advice{SQLITE_CANTOPEN, "the database cannot be opened",
            "check that the file and its folder exist and may be read and written"},
     Advice{SQLITE_NOTADB, "this file is not a database of trammel", "name another file with --db"},
     Advice{SQLITE_CORRUPT, "the database is damaged",
@@ -102,7 +102,7 @@ Connection::Connection(const std::filesystem::path& file, Access access)
   }
   if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored)) {
     const bool folder = std::filesystem::is_directory(file, ignored);
-    throw StoreError({.what = "the database can not be opened",
+    throw StoreError({.what = "the database cannot be opened",
                       .where = {.file = file.string()},
                       .got = folder ? "a folder" : "a device or a pipe",
                       .expected = "a file"});

@@ -38,7 +38,7 @@ bool is_one_statement(Connection& connection, const std::string& sql) {
   while (*rest != '\0') {
     if (sqlite3_prepare_v2(connection.handle(), rest, -1, &statement, &rest) != SQLITE_OK) {
       const std::string got = sqlite3_errmsg(connection.handle());
-      throw InputError({.what = "this is not a question to the database",
+      throw InputError({.what = "the database cannot run this",
                         .where = {.field = "SQL"},
                         .got = got,
                         .expected = "one SELECT, or the name of a table or view: " +
@@ -106,7 +106,7 @@ Query::Query(Connection& connection, const std::string& question, std::chrono::m
   if (is_one_statement(connection, sql)) statement_.emplace(connection, sql);
   if (!statement_ || sqlite3_stmt_readonly(statement_->handle()) == 0 ||
       statement_->columns() == 0) {
-    throw InputError({.what = "this is not a question to the database",
+    throw InputError({.what = "the database cannot run this",
                       .where = {.field = "SQL"},
                       .expected = "one SELECT"});
   }

@@ -162,7 +162,7 @@ Link::Link(const LinkOptions& options) {
     const bool tls =
         said.find("SSL") != std::string::npos || said.find("root certificate") != std::string::npos;
     throw DeviceError(
-        {.what = "the archive can not be reached",
+        {.what = "the archive cannot be reached",
          .where = {.file = name_},
          .got = said,
          .hint = tls ? "the server needs a certificate that is known here (sslrootcert); "
@@ -337,7 +337,7 @@ void Link::Transaction::commit() {
 std::string Link::quoted(const std::string& text) const {
   const std::unique_ptr<char, decltype(&PQfreemem)> made(
       PQescapeLiteral(connection_.get(), text.data(), text.size()), PQfreemem);
-  if (!made) throw InputError({.what = "a text that is no UTF-8", .got = text});
+  if (!made) throw InputError({.what = "text that is not UTF-8", .got = text});
   return made.get();
 }
 

@@ -21,7 +21,7 @@ struct Verb {
   Command operator()(const char* name, const char* description, ArchiveRun run) const {
     Command command = archive.command(name, description);
     command.flag("--insecure", options->insecure,
-                 "Take what the URI says of TLS: the server is not proven to be the archive");
+                 "Accept the TLS settings of the URI: the server is not proven to be the archive");
     if (std::string_view(name) != "init") {
       command.option("--archive", options->uri, "Another archive than the station's").type("URI");
     }
@@ -84,7 +84,7 @@ void setup_archive(Command app, Context& context, const ArchiveRuns& runs) {
        runs.status);
   setup_work(verb, *options, runs);
   setup_query_options(verb("query",
-                           "Answer one SELECT on the archive, read only. Views as in a station's "
+                           "Run one SELECT on the archive, read only. Views as in a station's "
                            "database, with the\ncolumn station: v_accuracy, v_point_error, v_job, "
                            "v_drift, v_point_status; and the table model",
                            runs.query),

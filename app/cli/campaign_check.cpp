@@ -9,6 +9,7 @@
 #include "app/cli/next_step.hpp"
 #include "app/files/campaign_file.hpp"
 #include "app/job/screening.hpp"
+#include "app/terminal/counted.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
 #include "store/session.hpp"
@@ -60,8 +61,8 @@ ExitCode run_campaign_check(const CampaignCheckOptions& options, Context& contex
                                      {"findings", job::findings_json(found)}});
   } else {
     context.print(
-        fmt::format("{}: {} readings, {}\n", bold(printable(campaign.name)),
-                    campaign.readings.size(),
+        fmt::format("{}: {}, {}\n", bold(printable(campaign.name)),
+                    terminal::counted(campaign.readings.size(), "reading"),
                     code == ExitCode::ok ? "nothing gross and nothing doubtful" : verdict) +
         job::findings_text(found));
   }

@@ -12,6 +12,7 @@
 #include "app/files/stored_campaign.hpp"
 #include "app/files/tracker_clock.hpp"
 #include "app/job/screening.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/measure/gross.hpp"
 #include "core/units.hpp"
 #include "store/open.hpp"
@@ -58,7 +59,7 @@ void require_one_source(const CampaignImportOptions& o) {
                      "--axis FILE"});
   }
   if (points && o.layout.empty()) {
-    throw UsageError({.what = "nothing says what the points mean",
+    throw UsageError({.what = "no layout explains the points",
                       .where = {.field = "--layout"},
                       .hint = "copy one from examples/tracker-files"});
   }
@@ -88,11 +89,12 @@ store::ImportResult store_or_try(const StoreIt& store_it, bool dry_run, const Co
 
 std::string imported_text(const store::ImportResult& result, bool dry_run,
                           const Campaign& campaign) {
-  return fmt::format("{} campaign {}: {} readings",
+  return fmt::format("{} campaign {}: {}",
                      result.already_stored ? "already stored:"
                      : dry_run             ? "dry run, would import"
                                            : "imported",
-                     printable(campaign.name), campaign.readings.size());
+                     printable(campaign.name),
+                     terminal::counted(campaign.readings.size(), "reading"));
 }
 
 /// A campaign that the screen let in.
@@ -184,8 +186,9 @@ ExitCode run_campaign_export(const CampaignExportOptions& options, Context& cont
                                       {"dry_run", options.dry_run}});
   } else {
     context.print(fmt::format(
-        "{} campaign {}: {} readings to {}", options.dry_run ? "would export" : "exported",
-        printable(campaign.name), file.campaign.readings.size(), printable(options.folder)));
+        "{} campaign {}: {} to {}", options.dry_run ? "would export" : "exported",
+        printable(campaign.name), terminal::counted(file.campaign.readings.size(), "reading"),
+        printable(options.folder)));
   }
   return ExitCode::ok;
 }
@@ -200,11 +203,11 @@ void setup_campaign_exchange(Command app, Context& context) {
   import.option("--layout", in->layout, "points: what its rows mean (layout/1)").type("FILE");
   import
       .option("--mechanism", in->mechanism,
-              "points: mechanism file (as the layout says); grid, axis: machine file (assumed)")
+              "points: mechanism file (as in the layout); grid, axis: machine file (assumed)")
       .type("FILE");
-  import.option("--plan", in->plan, "points: plan that was measured (as the layout says)")
+  import.option("--plan", in->plan, "points: plan that was measured (as in the layout)")
       .type("PLAN");
-  import.option("--date", in->date, "points: how dates are written (as the layout says)")
+  import.option("--date", in->date, "points: how dates are written (as in the layout)")
       .one_of(date_order_names());
   import
       .option("--grid", in->grid,

@@ -6,6 +6,7 @@
 #include "app/cli/points_import.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/points_look.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/table.hpp"
 #include "core/judge/iso9283.hpp"
 
@@ -53,9 +54,9 @@ Json look_json(const PointsFile& file, const PointsLook& look) {
 }
 
 std::string head_text(const PointsFile& file, const PointsLook& look) {
-  std::string text = fmt::format("{}: {} rows, {}, {}{}\n", bold(printable(file.name)),
-                                 file.rows.size(), file.format, printable(file.unit),
-                                 file.unit_stated ? "" : " (not stated in the file)");
+  std::string text = fmt::format(
+      "{}: {}, {}, {}{}\n", bold(printable(file.name)), terminal::counted(file.rows.size(), "row"),
+      file.format, printable(file.unit), file.unit_stated ? "" : " (not stated in the file)");
   if (!file.program.empty()) text += "program   " + printable(file.program) + "\n";
   if (!file.frame.empty()) text += "frame     " + printable(file.frame) + "\n";
   text += "dates     " + file.dates.why + "\n";
@@ -97,7 +98,7 @@ std::string look_text(const PointsFile& file, const PointsLook& look) {
   std::string text = head_text(file, look) + "\n" + table.text();
   text += "\nrms: of the distances from the median, outliers left out; x, y, z: the median\n";
   if (least_n < kVisitsOfTheStandard) {
-    text += fmt::format("RP_l as in ISO 9283, which asks for n >= {}: say {}\n",
+    text += fmt::format("RP_l as in ISO 9283, which asks for n >= {}: call it {}\n",
                         kVisitsOfTheStandard, rp_name(least_n));
   }
   return text + (rows_out.empty() ? "" : "\n" + rows_out);

@@ -1,6 +1,7 @@
 #include "app/cli/cli.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -72,9 +73,11 @@ Json error_json(ExitCode code, const ErrorText& text) {
 
 int fail(ExitCode code, const ErrorText& text, bool json) {
   const auto replace = Json::error_handler_t::replace;
-  const std::string line =
-      json ? printable_json(error_json(code, text).dump(-1, ' ', false, replace))
-           : "trammel: " + printable(describe(text));
+  std::string line = json ? printable_json(error_json(code, text).dump(-1, ' ', false, replace))
+                          : "trammel: " + printable(describe(text));
+  if (const auto columns = terminal_columns(STDERR_FILENO); columns && !json) {
+    line = folded(line, *columns);
+  }
   std::fputs((line + "\n").c_str(), stderr);  // one that is closed is no reason to abort
   return static_cast<int>(code);
 }
@@ -120,7 +123,8 @@ struct Line {
   const Context& context;
 };
 
-/// Values on the line that name neither a file nor what is stored are of the line.
+/// Values on the line that name neither a file nor what is stored are of the line. No campaign of a
+/// name is found in the database, what is in a campaign without naming that.
 Fault fault_of(ExitCode code, const ErrorText& text, const Context& context) {
   const std::filesystem::path file = text.where.file;
   const bool of_options = text.where.file.starts_with("parameters of ");
@@ -128,7 +132,7 @@ Fault fault_of(ExitCode code, const ErrorText& text, const Context& context) {
     return file.filename() == std::filesystem::path(context.db()).filename() ? Fault::stored
                                                                              : Fault::file;
   }
-  return code == ExitCode::not_found ? Fault::stored : Fault::line;
+  return code == ExitCode::not_found ? Fault::part : Fault::line;
 }
 
 /// The error, and what to do next where its text does not say.
@@ -177,6 +181,23 @@ int run_chosen(const Line& line) {
   }
 }
 
+/// Version or help in the place of the command. The line was read no farther than to the word that
+/// asks for them, so --out and --overwrite are looked for here.
+int print_instead(const std::function<void()>& print, const Line& line, Context& context) {
+  for (std::size_t k = 0; k < line.words.size(); ++k) {
+    const std::string& word = line.words[k];
+    if (word.starts_with("--out=")) context.out = word.substr(6);
+    if (word == "--out" && k + 1 < line.words.size()) context.out = line.words[k + 1];
+    context.overwrite = context.overwrite || word == "--overwrite";
+  }
+  context.suggested = true;  // nothing comes next
+  context.chosen = [&print] {
+    print();
+    return ExitCode::ok;
+  };
+  return run_chosen(line);
+}
+
 constexpr std::size_t kShownColumns = 30;  // of a word that is refused
 
 /// Numbers on the line are read as strictly as in files: decimal, within kLargestNumber, nothing
@@ -213,14 +234,14 @@ std::optional<int> run_among(const std::vector<ProgramCommand>& commands,
   const auto [outcome, text] = app.parse(words);
   const bool json = std::ranges::find(words, "--json") != words.end();
   if (outcome == CommandLine::Outcome::version_wanted) {
-    json ? context.print("version", version_json()) : context.print_as_is(text);
-    return 0;
+    return print_instead(
+        [&] { json ? context.print("version", version_json()) : context.print_as_is(text); },
+        {app, words, context}, context);
   }
   if (outcome != CommandLine::Outcome::ok && explain == Explain::no) return std::nullopt;
   if (outcome == CommandLine::Outcome::help_wanted) {
     for (const auto& prepare : context.before_help) prepare();
-    context.print(app.help());
-    return 0;
+    return print_instead([&] { context.print(app.help()); }, {app, words, context}, context);
   }
   if (outcome == CommandLine::Outcome::wrong) {
     return fail(ExitCode::usage, usage_text(app, text, words), json);

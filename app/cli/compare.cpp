@@ -69,12 +69,14 @@ std::string to_text(const Report& a, const Report& b, const std::vector<Common>&
       title(a), title(b), "figure", "judged", "unit", "A before", "A after", "B before", "B after",
       "B - A");
   for (const Common& c : common) {
-    const auto after = [](const ErrorTable& t) {
-      return fmt::format("{:.4f}{}", t.after.mean, t.after_predicted ? "*" : " ");
+    const int decimals = std::max(c.a.decimals, c.b.decimals);
+    const auto after = [decimals](const ErrorTable& t) {
+      return fmt::format("{:.{}f}{}", t.after.mean, decimals, t.after_predicted ? "*" : " ");
     };
-    text += fmt::format("{:<20} {:<10} {:<4} {:>8.4f} {:>9} {:>8.4f} {:>9} {:>+9.4f}\n", c.a.id,
-                        name_of(c.a.standing), c.a.unit, c.a.before.mean, after(c.a),
-                        c.b.before.mean, after(c.b), c.b.after.mean - c.a.after.mean);
+    text +=
+        fmt::format("{0:<20} {1:<10} {2:<4} {3:>8.{8}f} {4:>9} {5:>8.{8}f} {6:>9} {7:>+9.{8}f}\n",
+                    c.a.id, name_of(c.a.standing), c.a.unit, c.a.before.mean, after(c.a),
+                    c.b.before.mean, after(c.b), c.b.after.mean - c.a.after.mean, decimals);
   }
   return text;
 }
@@ -84,7 +86,7 @@ std::string to_text(const Report& a, const Report& b, const std::vector<Common>&
 ExitCode run_compare(const CompareOptions& options, Context& context) {
   store::Connection connection = store::open(context.db(), store::Access::read_only);
   const auto report_of = [&connection](const std::string& name) {
-    return report::gather(connection, store::require_campaign(connection, name));
+    return report::gather(connection, store::require_campaign(connection, name)).report;
   };
   const Report a = report_of(options.a), b = report_of(options.b);
   const std::vector<Common> common = common_tables(a, b);

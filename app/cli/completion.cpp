@@ -74,7 +74,7 @@ void setup_completion(Command app, Context& context) {
 
   auto asked = std::make_shared<CompleteOptions>(CompleteOptions{.app = app, .words = {}});
   Command complete =
-      app.command("complete", "What can stand next on a command line; asked by completions");
+      app.command("complete", "What can stand next on a command line; used by completions");
   complete.hide();
   complete.option("WORDS", asked->words, "The line behind --, up to the word to complete");
   on_run(complete, context, asked, run_complete);

@@ -46,7 +46,9 @@ void Context::print(std::string_view command, const Json& fields) const {
 }
 
 void Context::say(std::string_view text) const {
-  if (!quiet) write(stderr, text);
+  if (quiet) return;
+  const auto columns = terminal_columns(STDERR_FILENO);
+  write(stderr, columns ? folded(text, *columns) : std::string(text));
 }
 
 void Context::next(std::string_view command) const {

@@ -9,6 +9,7 @@
 #include "app/job/diff.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/table.hpp"
 #include "store/open.hpp"
 
@@ -112,10 +113,11 @@ ExitCode run_why(const JobOptions& options, Context& context) {
     parts[part] = digest;
     text += fmt::format("  {:<20}{}\n", part, digest.substr(0, 16));
   }
-  text += fmt::format("  {} readings of {} sessions, {} readings left out, by {} {} ({})\n",
-                      job.data.n_readings, job.data.sessions.size(), job.data.exclusions.size(),
-                      job.provenance.tool_version, job.provenance.git_revision,
-                      job.provenance.compiler) +
+  text += fmt::format("  {} of {}, {} left out, by {} {} ({})\n",
+                      terminal::counted(job.data.n_readings, "reading"),
+                      terminal::counted(job.data.sessions.size(), "session"),
+                      job.data.exclusions.size(), job.provenance.tool_version,
+                      job.provenance.git_revision, job.provenance.compiler) +
           excluded_text(left_out);
   if (job.data.key.scheme != store::kKeyScheme) {
     text += fmt::format(

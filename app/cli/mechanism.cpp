@@ -87,7 +87,7 @@ Json machine_fields(const Machine& machine) {
 
 std::string ranks_text(const std::vector<MachineRank>& ranks) {
   std::string text =
-      "what readings of all coordinates can tell of the parameters, however precise:";
+      "what readings of all coordinates can show of the parameters, however precise:";
   for (const MachineRank& r : ranks) {
     text +=
         fmt::format("\n  orientation {}: rank {} of {}{}", r.orientation, r.of.rank,
@@ -96,7 +96,7 @@ std::string ranks_text(const std::vector<MachineRank>& ranks) {
   const auto widest = std::ranges::max_element(
       ranks, {}, [](const MachineRank& r) { return r.parameters == "all" ? r.of.rank : -1; });
   const std::vector<std::string> untold = sentences(*widest);
-  text += fmt::format("\nwhat they never tell, with the orientation {}:{}", widest->orientation,
+  text += fmt::format("\nwhat they never show, with the orientation {}:{}", widest->orientation,
                       untold.empty() ? " nothing" : "");
   for (const std::string& sentence : untold) text += "\n  " + sentence;
   return text;

@@ -18,6 +18,7 @@
 #include "app/job/model_json.hpp"
 #include "app/job/plane_table.hpp"
 #include "app/job/run.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/table.hpp"
 #include "core/mechanism/machine_kinematics.hpp"
 #include "core/units.hpp"
@@ -340,11 +341,12 @@ std::string export_text(const Json& done) {
                                  printable(done["file"].get<std::string>()));
   if (done["kind"] == "model") return text + ": the model as JSON";
   if (done.contains("files")) {
-    text += fmt::format(": tables of {} drives, from {} targets", done["drives"].size(),
-                        done["n_targets"].get<int>());
+    text += fmt::format(": {} of {}, from {}", done["drives"].size() == 1 ? "the table" : "tables",
+                        terminal::counted(done["drives"].size(), "drive"),
+                        terminal::counted(done["n_targets"].get<int>(), "target"));
   } else {
-    text += fmt::format(": {} rows for {} targets", done["n_rows"].get<int>(),
-                        done["n_targets"].get<int>());
+    text += fmt::format(": {} for {}", terminal::counted(done["n_rows"].get<int>(), "row"),
+                        terminal::counted(done["n_targets"].get<int>(), "target"));
   }
   if (done["n_unreachable"] > 0) {
     text += fmt::format(", {} of them out of reach and left out", done["n_unreachable"].get<int>());
@@ -365,6 +367,22 @@ std::string format_of(const ExportOptions& options) {
                     .got = options.file,
                     .expected = "NAME.csv for a compensation table, NAME.json for the model",
                     .hint = "--format linuxcnc, aerotech or aerotech-2d for controllers"});
+}
+
+/// A campaign without a model may have calibrations, which --job writes.
+void require_model(store::Connection& db, const store::CampaignRow& campaign,
+                   const ExportOptions& options) {
+  const auto jobs = store::list_jobs(db, campaign.id);
+  if (jobs.empty() || !store::list_models(db, campaign.id).empty()) return;
+  const store::JobRow& last = *std::ranges::max_element(jobs, {}, &store::JobRow::id);
+  throw NotFoundError(
+      {.what = "the campaign has no model that could be written",
+       .where = {.field = "campaign"},
+       .got = campaign.name,
+       .hint = fmt::format("`trammel model export {} --format {} --out {} --job {}` writes the "
+                           "correction of its calibration, {}",
+                           shell_word(campaign.name), options.format, shell_word(options.file),
+                           last.id, last.stage)});
 }
 
 ExitCode run_export(const ExportOptions& given, Context& context) {
@@ -388,6 +406,7 @@ ExitCode run_export(const ExportOptions& given, Context& context) {
     context.json ? context.print("model-export", done) : context.print(export_text(done));
     return ExitCode::ok;
   }
+  if (controller) require_model(db, campaign, options);
   const StoredModel model = job::find_model(db, campaign, options.version);
   done["version"] = model.row.version;
   if (controller) {
@@ -418,7 +437,7 @@ void setup_predict(Command model, Context& context) {
   c.option("CAMPAIGN", o->campaign, "Name or uuid").required();
   c.option("VERSION", o->version, "Number of the version, or last").required();
   c.option("--pose", o->poses,
-           "x mm,y mm,phi deg, as far as the machine has them (repeatable): asked for of a "
+           "x mm,y mm,phi deg, as far as the machine has them (repeatable): commanded to a "
            "controller without correction, one "
            "after the other from home")
       .delimiter(',');
@@ -455,7 +474,7 @@ void setup_export(Command model, Context& context) {
       .delimiter(',')
       .shown_default();
   circumstances(c, o->at);
-  c.flag("--dry-run", o->dry_run, "Compute and say, write nothing");
+  c.flag("--dry-run", o->dry_run, "Compute and print, write nothing");
   on_run(c, context, o, run_export);
 }
 

@@ -131,6 +131,10 @@ std::string next_step_after_error(Command app, const std::vector<std::string>& w
   const std::string again = joined(words), help = full_name(command) + " --help";
   switch (code) {
     case ExitCode::not_found:
+      if (fault == Fault::part) {
+        const std::string show = filled("trammel campaign show CAMPAIGN", command);
+        if (!show.ends_with(" CAMPAIGN")) return show;
+      }
       return fault == Fault::stored ? "trammel campaign list" : help;
     case ExitCode::invalid_data:
       return fault == Fault::file ? "put the file right, then: " + again : help;

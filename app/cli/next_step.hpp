@@ -17,8 +17,8 @@ std::string next_step(Command app, const std::vector<std::string>& words, ExitCo
 /// other.
 std::string first_calibration(const Machine& machine);
 
-/// What an error that suggests nothing itself is about.
-enum class Fault { stored, file, line };
+/// What an error that suggests nothing itself is about; part: of a campaign that is there.
+enum class Fault { stored, part, file, line };
 
 /// The same after such an error. A line that is wrong itself is not suggested again: its help is.
 /// Proof: next_step_test.cpp.

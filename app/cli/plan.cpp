@@ -23,6 +23,7 @@
 #include "app/job/next_points_plan.hpp"
 #include "app/job/run.hpp"
 #include "app/session/plan_record.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/plane/extent.hpp"
 #include "core/plane/hull.hpp"
 #include "core/units.hpp"
@@ -183,7 +184,7 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
                                   {"n_points", plan.points.size()},
                                   {"dry_run", options.dry_run}});
   }
-  context.say(fmt::format("{} points {} {}", plan.points.size(),
+  context.say(fmt::format("{} {} {}", terminal::counted(plan.points.size(), "point"),
                           options.dry_run ? "would be written to" : "written to",
                           printable(options.out)));
   if (!options.dry_run) {
@@ -204,9 +205,9 @@ ExitCode run_show(const FileOptions& options, Context& context) {
     return ExitCode::ok;
   }
   std::string text = fmt::format(
-      "{}: {} points\n seq       x mm       y mm   phi deg  approach  "
+      "{}: {}\n seq       x mm       y mm   phi deg  approach  "
       "repeat  set       group\n",
-      printable(plan.name), plan.points.size());
+      printable(plan.name), terminal::counted(plan.points.size(), "point"));
   for (const PlannedPoint& p : plan.points) {
     text += fmt::format("{:>4} {:>10.4f} {:>10.4f} {:>9.4f}  {:<8}  {:>6}  {:<8}  {}{}\n", p.seq,
                         rounded(p.target.x_mm, 4), rounded(p.target.y_mm, 4),
@@ -255,9 +256,10 @@ ExitCode run_check(const FileOptions& options, Context& context) {
     std::string text;
     for (const Violation& v : violations) text += describe(v) + "\n";
     text += violations.empty()
-                ? fmt::format("{}: {} points, every target and path is safe", printable(plan.name),
-                              plan.points.size())
-                : fmt::format("{}: {} violations", printable(plan.name), violations.size());
+                ? fmt::format("{}: {}, every target and path is safe", printable(plan.name),
+                              terminal::counted(plan.points.size(), "point"))
+                : fmt::format("{}: {}", printable(plan.name),
+                              terminal::counted(violations.size(), "violation"));
     if (options.mechanism.empty()) {
       text += "\non the paper's 3-PRR, which was assumed: no --mechanism is given";
     }
@@ -266,6 +268,8 @@ ExitCode run_check(const FileOptions& options, Context& context) {
   }
   if (options.mechanism.empty()) {  // safe on a robot that may not be there
     context.next(fmt::format("trammel plan check {} --mechanism FILE", shell_word(options.file)));
+  } else if (!violations.empty()) {
+    context.next("trammel plan show " + shell_word(options.file));
   } else if (records && stage) {
     context.next(fmt::format(
         "trammel session run CAMPAIGN --plan {} --stage galil:{} --tracker TRACKER --plan-check {}",
@@ -357,7 +361,7 @@ void setup_plan(Command app, Context& context) {
       .type("FILE");
   checked.flag("--dry-run", options->dry_run, "check, write no record");
   checked.flag("--identifiability", options->identifiability,
-               "say what the readings will tell: rank, what stays unknown, uncertainty");
+               "print what the readings will show: rank, what stays unknown, uncertainty");
   design_options(checked, options->design);
   on_run(checked, context, options, run_check);
 }

@@ -10,6 +10,7 @@
 #include "app/files/plan_json.hpp"
 #include "app/files/points_campaign.hpp"
 #include "app/job/screening.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {
@@ -145,9 +146,10 @@ std::string frame_text(const Loaded& l) {
 std::string made_text(const Loaded& l) {
   const PointsCampaign& made = l.made;
   const TrackerSigma& sigma = *made.file.campaign.tracker;
-  std::string text = fmt::format("points      {}: {} rows, {}, {}\nplan        {}: {} poses\n",
-                                 printable(l.file.name), l.file.rows.size(), l.file.format,
-                                 l.file.unit, printable(l.plan.name), l.plan.points.size());
+  std::string text =
+      fmt::format("points      {}: {}, {}, {}\nplan        {}: {}\n", printable(l.file.name),
+                  terminal::counted(l.file.rows.size(), "row"), l.file.format, l.file.unit,
+                  printable(l.plan.name), terminal::counted(l.plan.points.size(), "pose"));
   if (!made.started.empty()) {
     text +=
         fmt::format("started     {} on the tracker's clock ({})\n", made.started, l.file.dates.why);

@@ -20,9 +20,11 @@
 #include "app/job/run.hpp"
 #include "app/protocol/run.hpp"
 #include "app/report/gather.hpp"
+#include "app/report/page/page.hpp"
 #include "app/report/print.hpp"
 #include "app/session/plan_record.hpp"
 #include "app/session/stop_signal.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/progress.hpp"
 #include "store/open.hpp"
 
@@ -91,11 +93,6 @@ protocol::Outcome execute(const protocol::Protocol& protocol,
   return protocol::run(connection, protocol, requests, surroundings_of(context), person);
 }
 
-report::Report report_of(const std::string& campaign, const Context& context) {
-  store::Connection connection = store::open(context.db(), store::Access::read_only);
-  return report::gather(connection, store::require_campaign(connection, campaign));
-}
-
 Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
   Json steps = Json::array();
   for (const protocol::StepOutcome& step : outcomes) {
@@ -114,16 +111,18 @@ Json steps_json(const std::vector<protocol::StepOutcome>& outcomes) {
   return steps;
 }
 
-/// `again` is the line that goes on.
+/// `again` is the line that goes on, `check` the one that looks at the plans; empty: none.
 void say_stopped(const protocol::Outcome& outcome, const std::string& again,
-                 const Context& context) {
+                 const std::string& check, const Context& context) {
   const protocol::StepOutcome& last = outcome.steps.back();
   if (!last.violations.empty()) {
     context.say("nothing has moved: fix the plans or the mechanism's limits first");
+    if (!check.empty()) context.next(check);
   } else if (last.code == ExitCode::safety_stop && !last.missing.empty()) {
     context.say("nothing has moved since: see what is missing");
+    if (!check.empty()) context.next(check + " --record");
   } else if (last.kind == "pause") {
-    context.say("when it is done, say so: what was measured is stored");
+    context.say("once it is done, confirm it; what was measured is stored");
     context.next(again + " --confirm " + shell_word(last.name));
   } else if (last.kind == "report") {
     context.say("all is measured; the tolerance is not shown to be met");
@@ -284,14 +283,15 @@ ExitCode check_protocol(const ProtocolOptions& options, Context& context) {
         text += printable(step.name) + ", " + describe(v) + "\n";
       }
     }
-    text += fmt::format("{}: {} plans, {}", printable(protocol.name), steps.size(),
-                        safe ? "every target and path is safe" : "not all are safe");
-    if (records) text += fmt::format("; {} records written", n_records);
+    text +=
+        fmt::format("{}: {}, {}", printable(protocol.name), terminal::counted(steps.size(), "plan"),
+                    safe ? "every target and path is safe" : "not all are safe");
+    if (records) text += "; " + terminal::counted(n_records, "record") + " written";
     context.print(text);
   }
   const std::string file = shell_word(options.file);
   context.next(safe ? "trammel protocol run " + file + " --dry-run"
-                    : "trammel protocol check " + file);
+                    : "put it right, then: trammel protocol check " + file);
   return safe ? ExitCode::ok : ExitCode::not_acceptable;
 }
 
@@ -315,7 +315,8 @@ ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
   if (outcome.code == ExitCode::ok) {
     context.next("trammel report " + shell_word(protocol.name));
   } else {
-    say_stopped(outcome, "trammel protocol run " + shell_word(options.file), context);
+    say_stopped(outcome, "trammel protocol run " + shell_word(options.file),
+                "trammel protocol check " + shell_word(options.file), context);
   }
   return outcome.code;
 }
@@ -332,14 +333,19 @@ ExitCode run_demo(const DemoOptions& options, Context& context) {
                           printable(context.db())));
   const protocol::Outcome outcome = execute(protocol, {}, context);
   if (outcome.code != ExitCode::ok) {
-    say_stopped(outcome, "trammel demo " + shell_word(options.folder), context);
+    say_stopped(outcome, "trammel demo " + shell_word(options.folder), "", context);
     return outcome.code;
   }
-  const report::Report found = report_of(protocol.name, context);
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  const store::CampaignRow campaign = store::require_campaign(connection, protocol.name);
+  const report::Gathered gathered = report::gather(connection, campaign);
+  const report::Report& found = gathered.report;
   const Json json = report::to_json(found);
   write_output(folder / "report.txt", report::to_text(found, {.glyphs = page().glyphs}),
                Existing::replace);
-  write_output(folder / "report.html", report_page(protocol.name, context), Existing::replace);
+  write_output(folder / "report.html",
+               report::page_html(report::page_json(connection, campaign, gathered)),
+               Existing::replace);
   Json file = {{"schema", "trammel/report/1"}};
   file.update(json);
   write_output(folder / "report.json", file.dump(2) + "\n", Existing::replace);
@@ -362,7 +368,7 @@ void setup_protocol(Command app, Context& context) {
       "run", "Measure, calibrate, compensate, measure again; resumes, and skips what is done");
   run.option("FILE", options->file, "protocol/1, as examples/paper/protocol.json").required();
   run.option("--confirm", options->confirmed,
-             "What this pause asks for is done (asked on a terminal); several with commas")
+             "The pause of this name is over (a terminal shows a prompt); several with commas")
       .delimiter(',')
       .type("PAUSE");
   run.flag("--dry-run", options->dry_run,

@@ -160,12 +160,12 @@ void setup_query(Command app, Context& context) {
   const auto options = std::make_shared<QueryOptions>();
   Command query = app.command(
       "query",
-      "Answer one SELECT on the database, read only; export a table or view.\n"
+      "Run one SELECT on the database, read only; export a table or view.\n"
       "Views: v_accuracy, v_point_error, v_job, v_job_point, v_drift, v_point_status; see\n"
       "store/README.md. "
-      "Ten questions with their answers: examples/queries");
+      "Ten queries with their answers: examples/queries");
   setup_query_options(query, *options);
-  query.option("--archive", options->archive, "Ask this archive (by the program trammel-archive)")
+  query.option("--archive", options->archive, "Query this archive (by the program trammel-archive)")
       .type("URI");
   on_run(query, context, options, run_query);
 }

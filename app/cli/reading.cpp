@@ -36,7 +36,7 @@ void setup_reading(Command app, Context& context) {
   exclude.option("CAMPAIGN", options->campaign, "Name or uuid").required();
   exclude.option("--seq", options->seq, "Which reading").required();
   exclude.option("--reason", options->reason, "Why").required();
-  exclude.flag("--dry-run", options->dry_run, "Check and say, store nothing");
+  exclude.flag("--dry-run", options->dry_run, "Check and print; nothing is stored");
   on_run(exclude, context, options, run_reading_exclude);
 }
 

@@ -34,25 +34,7 @@ report::Page page() {
           .narrow = terminal_columns().value_or(kWide) < kWide};
 }
 
-std::string report_page(const std::string& campaign, const Context& context,
-                        const std::optional<double>& tolerance_mm) {
-  store::Connection connection = store::open(context.db(), store::Access::read_only);
-  return report::page_html(
-      report::page_json(connection, store::require_campaign(connection, campaign), tolerance_mm));
-}
-
 namespace {
-
-report::Report found_of(const ReportOptions& options, const Context& context) {
-  store::Connection connection = store::open(context.db(), store::Access::read_only);
-  const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
-  report::Report found = report::gather(connection, campaign);
-  if (options.tolerance_mm) {
-    found.tolerance = report::tolerance_test(report::judged_points(connection, campaign, found),
-                                             *options.tolerance_mm);
-  }
-  return found;
-}
 
 /// A machine that is not shown to pass is no acceptable answer.
 ExitCode answered(const report::Report& found) {
@@ -61,19 +43,13 @@ ExitCode answered(const report::Report& found) {
              : ExitCode::ok;
 }
 
-void write_dcc(const ReportOptions& options, const Context& context) {
-  store::Connection connection = store::open(context.db(), store::Access::read_only);
-  const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
-  const report::Report found = report::gather(connection, campaign);
-  const std::string xml = report::dcc_xml(connection, campaign, found,
-                                          report::judged_points(connection, campaign, found));
-  if (!options.dry_run) write_output(options.dcc, xml, context.existing());
-  context.say(fmt::format("{}{}: a digital calibration certificate in the form of PTB's DCC 3.3.0",
-                          options.dry_run ? "would write " : "", printable(options.dcc)));
+void say_written(const std::string& file, const std::string& what, const ReportOptions& options,
+                 const Context& context) {
+  context.say(
+      fmt::format("{}{}: {}", options.dry_run ? "would write " : "", printable(file), what));
 }
 
-ExitCode print_report(const ReportOptions& options, const Context& context) {
-  const report::Report found = found_of(options, context);
+void print_report(const report::Report& found, Context& context) {
   if (context.json) {
     context.print("report", report::to_json(found));
   } else {
@@ -85,17 +61,10 @@ ExitCode print_report(const ReportOptions& options, const Context& context) {
                    ? (is_prr ? "trammel calibrate lsq " : "trammel calibrate geometry ") + name
                : found.story.empty() ? "trammel diagnose " + name
                                      : "trammel assess " + name);
-  return answered(found);
 }
 
-}  // namespace
-
-ExitCode run_report(const ReportOptions& options, Context& context) {
-  if (!options.dcc.empty()) write_dcc(options, context);
-  if (options.html.empty()) return print_report(options, context);
-  const report::Report found = found_of(options, context);
-  const std::string html = report_page(options.campaign, context, options.tolerance_mm);
-  if (!options.dry_run) write_output(options.html, html, context.existing());
+void print_page(const report::Report& found, const std::string& html, const ReportOptions& options,
+                const Context& context) {
   if (context.json) {
     Json fields = report::to_json(found);
     fields["html"] = {
@@ -106,6 +75,33 @@ ExitCode run_report(const ReportOptions& options, Context& context) {
                               options.dry_run ? "would write " : "", printable(options.html),
                               static_cast<double>(html.size()) / 1e6) +
                   (found.tolerance ? "\n" + report::tolerance_words(*found.tolerance) + "." : ""));
+  }
+}
+
+}  // namespace
+
+ExitCode run_report(const ReportOptions& options, Context& context) {
+  store::Connection connection = store::open(context.db(), store::Access::read_only);
+  const store::CampaignRow campaign = store::require_campaign(connection, options.campaign);
+  report::Gathered gathered = report::gather(connection, campaign);
+  report::Report& found = gathered.report;
+  report::JudgedPoints points;
+  if (options.tolerance_mm || !options.dcc.empty()) {
+    points = report::judged_points(connection, campaign, gathered);
+  }
+  if (options.tolerance_mm) found.tolerance = report::tolerance_test(points, *options.tolerance_mm);
+  if (!options.dcc.empty()) {
+    const std::string xml = report::dcc_xml(connection, campaign, found, points);
+    if (!options.dry_run) write_output(options.dcc, xml, context.existing());
+    say_written(options.dcc, "a digital calibration certificate in the form of PTB's DCC 3.3.0",
+                options, context);
+  }
+  if (options.html.empty()) {
+    print_report(found, context);
+  } else {
+    const std::string html = report::page_html(report::page_json(connection, campaign, gathered));
+    if (!options.dry_run) write_output(options.html, html, context.existing());
+    print_page(found, html, options, context);
   }
   return answered(found);
 }

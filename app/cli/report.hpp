@@ -27,8 +27,4 @@ std::string with_bold_headings(const std::string& text);
 /// What stdout is: a terminal of some width, or a file.
 report::Page page();
 
-/// The report of a campaign as a page.
-std::string report_page(const std::string& campaign, const Context& context,
-                        const std::optional<double>& tolerance_mm = {});
-
 }  // namespace trammel::cli

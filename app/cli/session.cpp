@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/margins.hpp"
@@ -14,6 +16,7 @@
 #include "app/session/session.hpp"
 #include "app/session/stop_signal.hpp"
 #include "app/session/wishes.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/progress.hpp"
 #include "store/campaign.hpp"
 #include "store/machine.hpp"
@@ -90,7 +93,8 @@ void say_dry(const session::Outcome& outcome, const Context& context) {
 
 void say_duration(const session::Outcome& outcome, const Context& context) {
   if (outcome.refused()) return;
-  context.say(fmt::format("{} points, estimated {}", outcome.n_points - outcome.n_before,
+  context.say(fmt::format("{}, estimated {}",
+                          terminal::counted(outcome.n_points - outcome.n_before, "point"),
                           terminal::clock_text(outcome.estimated_s)));
 }
 
@@ -113,6 +117,24 @@ Correction dry_correction(const RunOptions& options, const Plan& plan, const Con
   return job::correction_of(db, job);
 }
 
+/// After a refusal before anything moved: the look at the plan on this machine, with the record
+/// that a real stage needs where it is missing.
+void say_check(const RunOptions& options, const session::Request& request,
+               const session::Outcome& outcome, const Context& context) {
+  if (!outcome.refused()) return;
+  const std::string& stage = request.stage;
+  std::string line = fmt::format("trammel plan check {} --mechanism {}", shell_word(options.plan),
+                                 shell_word(stage.substr(stage.find(':') + 1)));
+  if (outcome.violations.empty()) {
+    const std::string record =
+        request.plan_check.empty()
+            ? std::filesystem::path(options.plan).stem().string() + ".check.json"
+            : request.plan_check + " --overwrite";
+    line += " --record " + (request.plan_check.empty() ? shell_word(record) : record);
+  }
+  context.next(line);
+}
+
 ExitCode run_run(const RunOptions& options, Context& context) {
   session::Request request = options.request;
   request.plan = plan_of(options.plan);
@@ -131,11 +153,15 @@ ExitCode run_run(const RunOptions& options, Context& context) {
         session::dry_run(request, dry_correction(options, request.plan, context));
     say_dry(outcome, context);
     say_duration(outcome, context);
+    say_check(options, request, outcome, context);
     return report(outcome, "run", request.session, context);
   }
   if (options.compensate.empty()) {  // a bad plan or robot leaves no database behind
     const session::Outcome looked = session::dry_run(request, NominalCorrection{});
-    if (looked.refused()) return report(looked, "run", request.session, context);
+    if (looked.refused()) {
+      say_check(options, request, looked, context);
+      return report(looked, "run", request.session, context);
+    }
     say_duration(looked, context);
   }
   store::Connection db = store::open(
@@ -172,7 +198,9 @@ std::string session_to_resume(store::Connection& db, const NamedOptions& options
   if (last.empty()) {
     throw NotFoundError({.what = "the campaign has no session that is not done",
                          .where = {.field = "campaign"},
-                         .got = options.campaign});
+                         .got = options.campaign,
+                         .hint = "`trammel report " + shell_word(options.campaign) +
+                                 "`: all that was planned is measured"});
   }
   return last;
 }
@@ -256,7 +284,7 @@ void setup_run(Command session, Context& context) {
   c.option("--set", o->set, "identify or validate, for all points (the plan's)")
       .one_of({"identify", "validate"});
   c.flag("--new-set-up", o->request.new_set_up, "homed and framed anew: an epoch of its own");
-  c.flag("--dry-run", o->dry_run, "check everything, store and move nothing");
+  c.flag("--dry-run", o->dry_run, "check everything; nothing is stored or moved");
   margin_options(c, o->request.check);
   policy_options(c, *o);
   on_run(c, context, o, run_run);
@@ -272,7 +300,8 @@ void setup_session(Command app, Context& context) {
   auto o = std::make_shared<NamedOptions>();
   resume.option("campaign", o->campaign, "name or uuid").required().type("CAMPAIGN");
   resume.option("--session", o->session, "(the last that is not done)").type("SESSION");
-  resume.flag("--dry-run", o->dry_run, "say what is left and check it, store and move nothing");
+  resume.flag("--dry-run", o->dry_run,
+              "print what is left and check it; nothing is stored or moved");
   on_run(resume, context, o, run_resume);
 }
 

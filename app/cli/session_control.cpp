@@ -91,7 +91,7 @@ ExitCode run_status(const WatchOptions& options, Context& context) {
   const auto holder = CampaignLock::holder(db.file(), campaign.uuid);
   Json rows = Json::array();
   Table table({"session", "state", "points", "readings"});
-  bool unfinished = false;
+  bool unfinished = false, paused = false;
   for (const store::SessionRow& row : store::list_sessions(db, campaign.id)) {
     const std::string state = state_in_list(row, holder && row.name == current);
     rows.push_back({{"name", row.name},
@@ -101,6 +101,7 @@ ExitCode run_status(const WatchOptions& options, Context& context) {
                     {"n_ok", row.n_ok},
                     {"n_readings", row.n_readings},
                     {"compensated", row.compensated()}});
+    paused = paused || state == "paused";
     unfinished = unfinished || state == "stopped" || state == "faulted" || state == "interrupted";
     table.add({row.name, state, fmt::format("{}/{}", row.n_ok, row.n_points),
                std::to_string(row.n_readings)});
@@ -114,7 +115,8 @@ ExitCode run_status(const WatchOptions& options, Context& context) {
     text += "\n" + session::status_text(status, terminal_width());
   }
   context.json ? context.print("session-status", fields) : context.print(text);
-  context.next((holder       ? "trammel session stop "
+  context.next((paused       ? "trammel session resume "
+                : holder     ? "trammel session stop "
                 : unfinished ? "trammel session resume "
                              : "trammel report ") +
                shell_word(campaign.name));
@@ -144,7 +146,7 @@ ExitCode ask(const AskOptions& options, Context& context, const char* command, W
     throw NotFoundError({.what = "no process measures this campaign",
                          .where = {.field = "campaign"},
                          .got = options.campaign,
-                         .hint = "see `trammel session status`"});
+                         .hint = "see `trammel session status " + shell_word(campaign.name) + "`"});
   }
   if (!options.dry_run) session::ask(db, store::find_session(db, campaign.id, *name)->id, wish);
   if (context.json) {
@@ -226,17 +228,17 @@ void setup_session_control(Command app, Context& context) {
   auto paused = std::make_shared<AskOptions>();
   verb(session, context, "pause", "Ask the runner to pause after the point; resume goes on", paused,
        run_pause)
-      .flag("--dry-run", paused->dry_run, "say which process, ask it nothing");
+      .flag("--dry-run", paused->dry_run, "print which process measures, and leave it alone");
   auto stopped = std::make_shared<AskOptions>();
   Command stop =
       verb(session, context, "stop", "Ask the runner to stop after the point", stopped, run_stop);
   stop.flag("--now", stopped->now, "at once: the point is given up");
-  stop.flag("--dry-run", stopped->dry_run, "say which process, ask it nothing");
+  stop.flag("--dry-run", stopped->dry_run, "print which process measures, and leave it alone");
   auto recovered = std::make_shared<AskOptions>();
   verb(session, context, "recover",
        "Take in readings that were kept aside when the database could not be written", recovered,
        run_recover)
-      .flag("--dry-run", recovered->dry_run, "say what would be taken in");
+      .flag("--dry-run", recovered->dry_run, "print what would be taken in");
 }
 
 }  // namespace trammel::cli

@@ -21,7 +21,7 @@ std::string hashed(const std::string& text) { return std::to_string(mix(0, text,
 
 Devices open_simulated(const std::string& file, const std::string& tracker) {
   if (tracker != "sim") {
-    throw UsageError({.what = "a simulated stage is seen by a simulated tracker alone",
+    throw UsageError({.what = "a simulated stage needs a simulated tracker",
                       .where = {.field = "--tracker"},
                       .got = tracker,
                       .expected = "sim"});
@@ -48,7 +48,7 @@ std::string file_of_tracker(const std::string& tracker) {
   for (const std::string& kind : tracker_kinds()) {
     if (tracker.starts_with(kind)) return tracker.substr(kind.size());
   }
-  throw UsageError({.what = "a real stage is seen by a real tracker alone",
+  throw UsageError({.what = "a real stage needs a real tracker",
                     .where = {.field = "--tracker"},
                     .got = tracker,
                     .expected = "t2sa:FILE, file:FILE"});

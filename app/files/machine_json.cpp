@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/files/format.hpp"
 #include "app/files/mechanism_json.hpp"
 #include "app/files/numbers.hpp"
 #include "core/units.hpp"
@@ -179,7 +180,7 @@ void validate_in(const Machine& machine, const Fields& fields) {
 }  // namespace
 
 Machine read_machine(Fields fields) {
-  fields.choice("format", {"machine/1"});
+  take_format(fields, "machine/1");
   static_cast<void>(fields.text("name", ""));
   static_cast<void>(fields.text("why", ""));
   Machine machine = read_parts(fields, "kind");
@@ -252,7 +253,8 @@ void write_campaign_machine(const Machine& machine, nlohmann::ordered_json& camp
 }
 
 Machine read_any_machine(Fields fields) {
-  if (fields.has("format") || fields.has("kind")) return read_machine(fields);
+  const bool says_nothing = !fields.has("type") && !fields.has("chains");
+  if (says_nothing || fields.has("format") || fields.has("kind")) return read_machine(fields);
   const Machine machine = machine_of(read_mechanism(fields));
   validate_in(machine, fields);
   return machine;

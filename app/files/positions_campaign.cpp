@@ -74,7 +74,7 @@ class Maker {
     out_.machine = use_.machine ? *use_.machine : assumed(kind);
     out_.machine.measured = file_.measured;
     if (file_.measured[2] && use_.sigma && !(use_.sigma->phi_rad > 0)) {
-      refuse("the file measures phi, and nothing says how well", "sigma_phi_deg", "",
+      refuse("the file measures phi, and nothing states how well", "sigma_phi_deg", "",
              "a positive angle", "--sigma-phi beside --sigma-xy, or neither");
     }
   }

@@ -69,7 +69,7 @@ class RtlReader {
 
   void take_deviation(const PointsLine& line) {
     if (options_.unit.empty()) {
-      refuse(line.number, "nothing says in which unit the deviations of an RTL file are", "",
+      refuse(line.number, "the unit of an RTL file's deviations is not stated", "",
              "--unit um or --unit mm");
     }
     if (count_ > 0 && targets_.size() != static_cast<std::size_t>(count_)) {

@@ -270,9 +270,9 @@ class TableReader {
     }
     const std::string& unit = c.unit.empty() ? options_.unit : c.unit;
     if (std::ranges::find(kLengthUnits, unit) == kLengthUnits.end()) {
-      refuse_all(unit.empty() ? "nothing says in which unit the positions are"
-                              : "this is no unit of lengths",
-                 header, "mm, um, m or in", "name it in the column, as x_mm, or by --unit");
+      refuse_all(
+          unit.empty() ? "the unit of the positions is not stated" : "this is no unit of lengths",
+          header, "mm, um, m or in", "name it in the column, as x_mm, or by --unit");
     }
     return mm_of_unit(unit);
   }

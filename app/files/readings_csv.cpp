@@ -260,7 +260,7 @@ class Reader {
           file_.campaign.readings.end()) {
         continue;
       }
-      throw InputError({.what = "an exclusion of a reading that there is not",
+      throw InputError({.what = "an exclusion names a reading that is not there",
                         .where = {.file = table_.name, .point = "seq " + std::to_string(seq)}});
     }
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/terminal/counted.hpp"
 #include "app/terminal/lines.hpp"
 #include "core/plan/plan.hpp"
 
@@ -337,8 +338,9 @@ std::string next_text(const Json& d) {
   }
   const Json& points = d["next_points"];
   if (points.empty()) return text;
-  text += line("next", fmt::format("measure {} points{} (also as a plan: --plan FILE)",
-                                   points.size(), state_text(d["next_state"])));
+  text += line("next",
+               fmt::format("measure {}{} (also as a plan: --plan FILE)",
+                           terminal::counted(points.size(), "point"), state_text(d["next_state"])));
   struct Column {
     const char *field, *head;
   };

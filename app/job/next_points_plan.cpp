@@ -50,8 +50,8 @@ Plan stored_next_points(const store::Job& job) {
   const Json details = Json::parse(job.data.result_json).at("details");
   Plan plan = next_points_plan(details);
   if (!plan.points.empty()) return plan;
-  throw NotFoundError({.what = fmt::format("job {} suggests no points", job.id),
-                       .got = "its verdict: " + details.at("verdict").get<std::string>()});
+  throw NotFoundError({.what = fmt::format("job {} suggests no points: it ends {}", job.id,
+                                           details.at("verdict").get<std::string>())});
 }
 
 }  // namespace trammel::job

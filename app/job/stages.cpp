@@ -27,8 +27,7 @@ void require_within(const Fields& fields, const Json& all, const char* name, dou
                     double high, const char* what) {
   const double value = all[name].get<double>();
   if (value >= low && value <= high) return;
-  fields.refuse(name, std::string("out of bounds for ") + what,
-                fmt::format("{:g} to {:g}", low, high));
+  fields.refuse(name, std::string(what) + " out of range", fmt::format("{:g} to {:g}", low, high));
 }
 
 Json completed(const Stage& stage, Json given) {

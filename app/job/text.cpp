@@ -14,6 +14,8 @@ namespace trammel::job {
 
 namespace {
 
+constexpr std::string_view kNothingHeldOut = "nothing of these readings is held out";
+
 std::optional<double> improvement(const store::Statistic& s) {
   if (!s.before || !s.after || s.set == kNewEpoch) return std::nullopt;
   return improvement_pct({.mean = s.before->mean}, {.mean = s.after->mean});
@@ -59,19 +61,21 @@ std::string parameter_words(const std::string& parameters_json) {
   return text.empty() ? "none" : text;
 }
 
+bool is_of_no_held_out(std::string_view sentence) { return sentence.starts_with(kNothingHeldOut); }
+
 bool is_warning(std::string_view sentence) {
   constexpr std::string_view kSigns[] = {
       "warning: ",
       "absorption alarm",
-      "not tested: ",                           // absorption by halves
-      "more than noise alone leaves (",         // residuals
-      "no degrees of freedom are left",         // so nothing tells whether the model is right
-      "do not belong to the rest",              // outlying readings
-      "the end of the grid",                    // a network's spread
-      "nothing of these readings is held out",  // in-sample figures alone
-      "the fit follows the noise",              // below the floor
-      "no diagnosis: ",                         // a contest without named effects
-      "since nothing could be held out",        // a map that was left out for that
+      "not tested: ",                     // absorption by halves
+      "more than noise alone leaves (",   // residuals
+      "no degrees of freedom are left",   // so nothing tells whether the model is right
+      "do not belong to the rest",        // outlying readings
+      "the end of the grid",              // a network's spread
+      kNothingHeldOut,                    // in-sample figures alone
+      "the fit follows the noise",        // below the floor
+      "no diagnosis: ",                   // a contest without named effects
+      "since nothing could be held out",  // a map that was left out for that
   };
   return std::ranges::any_of(kSigns, [sentence](std::string_view sign) {
     return sentence.find(sign) != std::string_view::npos;

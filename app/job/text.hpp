@@ -22,6 +22,9 @@ std::string parameter_words(const std::string& parameters_json);
 /// sentences are never changed, so they are known by what they say. Proof: page_test.cpp.
 bool is_warning(std::string_view sentence);
 
+/// Whether it says that no reading was held out when the job ran.
+bool is_of_no_held_out(std::string_view sentence);
+
 /// {id, key, run, campaign, kind, stage, algorithm_version, parameters, statistics, words, …}
 Json job_json(const store::Job& job, const store::CampaignRow& campaign);
 

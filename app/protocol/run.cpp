@@ -21,6 +21,7 @@
 #include "app/report/page/page.hpp"
 #include "app/report/print.hpp"
 #include "app/report/tolerance.hpp"
+#include "app/terminal/counted.hpp"
 
 namespace trammel::protocol {
 
@@ -94,7 +95,7 @@ StepOutcome outcome_of(const std::string& name, const session::Outcome& outcome)
           .kind = "measure",
           .done_before = outcome.n_stored == 0 && outcome.n_before == outcome.n_points,
           .detail = outcome.exit_code() == ExitCode::ok
-                        ? fmt::format("{} points", outcome.n_points)
+                        ? terminal::counted(outcome.n_points, "point")
                         : fmt::format("{} of {} points: {}", outcome.n_before + outcome.n_stored,
                                       outcome.n_points, outcome.detail),
           .violations = outcome.violations,
@@ -203,9 +204,10 @@ StepOutcome run_step(Run& run, const std::string& name, const PauseStep& step) {
 
 StepOutcome run_step(Run& run, const std::string& name, const ReportStep& step) {
   const store::CampaignRow campaign = store::require_campaign(run.connection, run.protocol.name);
-  report::Report found = report::gather(run.connection, campaign);
+  report::Gathered gathered = report::gather(run.connection, campaign);
+  report::Report& found = gathered.report;
   StepOutcome outcome{.name = name, .kind = "report"};
-  const auto points = [&] { return report::judged_points(run.connection, campaign, found); };
+  const auto points = [&] { return report::judged_points(run.connection, campaign, gathered); };
   if (!step.dcc.empty()) {
     write_output(step.dcc, report::dcc_xml(run.connection, campaign, found, points()),
                  Existing::replace);
@@ -226,7 +228,7 @@ StepOutcome run_step(Run& run, const std::string& name, const ReportStep& step) 
   }
   if (!step.html.empty()) {
     write_output(step.html,
-                 report::page_html(report::page_json(run.connection, campaign, step.tolerance_mm)),
+                 report::page_html(report::page_json(run.connection, campaign, gathered)),
                  Existing::replace);
   }
   for (const auto& file : {step.text, step.json, step.html, step.dcc}) {

@@ -2,20 +2,24 @@
 
 #include <fmt/format.h>
 
+#include "app/terminal/decimals.hpp"
+
 namespace trammel::report {
 
 std::string budget_text(std::span<const BudgetRow> rows) {
   if (rows.empty()) return "";
+  const int decimals = terminal::decimals_of(2 * combined_mm(rows));
   std::string text = fmt::format("    {:<12}{:>9} {:<3}{:>8}{:>13}{:>10}  {}\n", "budget", "value",
                                  "", "divisor", "sensitivity", "u [mm]", "source");
   for (const BudgetRow& r : rows) {
-    text +=
-        fmt::format("    {:<12}{:>9.4f} {:<3}{:>8.3f}{:>13.5g}{:>10.5f}  {}, {}{}\n", r.name,
-                    r.value, r.unit, r.divisor, r.sensitivity, r.contribution_mm(), r.distribution,
-                    r.source, r.cancels ? "; cancels between before and after" : "");
+    text += fmt::format("    {:<12}{:>9.4g} {:<3}{:>8.3f}{:>13.5g}{:>10.{}f}  {}, {}{}\n", r.name,
+                        r.value, r.unit, r.divisor, r.sensitivity, r.contribution_mm(),
+                        decimals + 1, r.distribution, r.source,
+                        r.cancels ? "; cancels between before and after" : "");
   }
-  return text + fmt::format("    {:<45}{:>10.5f}  U = {:.4f} mm (k = 2) of a coordinate\n",
-                            "combined", combined_mm(rows), 2 * combined_mm(rows));
+  return text + fmt::format("    {:<45}{:>10.{}f}  U = {:.{}f} mm (k = 2) of a coordinate\n",
+                            "combined", combined_mm(rows), decimals + 1, 2 * combined_mm(rows),
+                            decimals);
 }
 
 nlohmann::ordered_json budget_json(std::span<const BudgetRow> rows) {

@@ -18,6 +18,7 @@
 #include "app/report/print.hpp"
 #include "app/report/remarks.hpp"
 #include "app/report/simulation.hpp"
+#include "app/terminal/decimals.hpp"
 #include "core/calibrate/map_uncertainty.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/floor.hpp"
@@ -225,6 +226,28 @@ void add_budget(Report& report, store::Connection& connection, const Measured& m
   report.budget = budget_of(measured.campaign, budget_facts(measured.campaign), noise, u_mm);
 }
 
+/// All errors in mm have as many decimals, and so have those in deg.
+void set_decimals(Report& report) {
+  for (const bool position : {true, false}) {
+    const auto& floor = position ? report.floor_mean_mm : report.floor_mean_deg;
+    std::vector<ErrorTable*> tables;
+    for (ErrorTable& table : report.tables) {
+      if ((table.figure == "position") == position) tables.push_back(&table);
+    }
+    if (position && report.circles) {
+      for (ErrorTable& table : report.circles->errors) tables.push_back(&table);
+    }
+    double least = floor.value_or(0);
+    for (const ErrorTable* table : tables) {
+      const double mean = std::min(table->before.mean, table->after.mean);
+      if (!(least > 0) || (!floor && mean > 0 && mean < least)) least = mean;
+    }
+    const int decimals = terminal::decimals_of(least);
+    (position ? report.decimals_mm : report.decimals_deg) = decimals;
+    for (ErrorTable* table : tables) table->decimals = decimals;
+  }
+}
+
 /// Which points judge no method, and why.
 void add_new_epochs(Report& report, const std::vector<Comparison>& compared) {
   std::map<const Group*, std::pair<std::vector<std::string>, const Comparison*>> by_group;
@@ -238,8 +261,8 @@ void add_new_epochs(Report& report, const std::vector<Comparison>& compared) {
     for (const Pair& p : found.second->paired.pairs) {
       epochs.insert(p.before->reading.conditions.epoch);
     }
-    report.remarks.push_back(fmt::format("{} points of {} under {} {}.",
-                                         found.second->paired.pairs.size(),
+    report.remarks.push_back(fmt::format("{} of {} under {} {}.",
+                                         points_in_words(found.second->paired.pairs.size()),
                                          group->walk->session.name, fmt::join(found.first, ", "),
                                          job::new_epoch_words({epochs.begin(), epochs.end()})));
   }
@@ -247,38 +270,40 @@ void add_new_epochs(Report& report, const std::vector<Comparison>& compared) {
 
 }  // namespace
 
-Report gather(store::Connection& connection, const store::CampaignRow& campaign) {
-  const Measured measured = load_measured(connection, campaign);
+Gathered gather(store::Connection& connection, const store::CampaignRow& campaign) {
+  Gathered all;
+  const Measured& measured = all.measured = load_measured(connection, campaign);
   std::vector<std::string> left_out;
-  const Jobs jobs = chosen_jobs(connection, campaign.id, measured, &left_out);
+  const Jobs& jobs = all.jobs = chosen_jobs(connection, campaign.id, measured, &left_out);
   const std::vector<const store::Job*> methods = in_order(jobs);
-  Report report{.campaign = campaign.name,
-                .simulated = campaign.simulated,
-                .imported = campaign.imported,
-                .mechanism = machine_line(measured.campaign.machine),
-                .noise = {},
-                .n_readings = campaign.n_readings - campaign.n_exclusions,
-                .n_excluded = campaign.n_exclusions};
+  Report& report = all.report;
+  report.campaign = campaign.name;
+  report.simulated = campaign.simulated;
+  report.imported = campaign.imported;
+  report.mechanism = machine_line(measured.campaign.machine);
+  report.n_readings = campaign.n_readings - campaign.n_exclusions;
+  report.n_excluded = campaign.n_exclusions;
   report.published = published_of(measured.campaign);
   add_noise(report, measured);
-  const std::vector<Group> groups = baseline_groups(measured);
+  const std::vector<Group>& groups = all.groups = baseline_groups(measured);
   std::map<const Group*, std::map<std::string, const Paired*>> held_out;
-  const std::vector<Comparison> compared = comparisons(measured, groups, methods);
-  for (const Comparison& c : compared) {
+  all.comparisons = comparisons(measured, groups, methods);
+  for (const Comparison& c : all.comparisons) {
     add_tables(report, c, measured.campaign.machine);
     if (c.job->data.stage == "lsq" && !is_by_name(*c.job)) {
       report.simulation.push_back(simulation_table(measured, c));
     }
     if (c.standing == Standing::unseen) held_out[c.group].emplace(c.job->data.stage, &c.paired);
   }
+  all.circles = circle_comparison(measured, groups, methods);
+  if (!all.circles.empty()) report.circles = circle_table(all.circles);
+  set_decimals(report);
   for (const Group& group : groups) {
     const auto& of = held_out[&group];
     if (!report.contest && of.contains("idw") && of.contains("rbf")) {
       report.contest = contest_of("idw", *of.at("idw"), "rbf", *of.at("rbf"));
     }
   }
-  const std::vector<Comparison> circles = circle_comparison(measured, groups, methods);
-  if (!circles.empty()) report.circles = circle_table(circles);
   if (const auto contest = jobs.find("contest"); contest != jobs.end()) {
     report.picked = picked_of(contest->second);
   }
@@ -297,15 +322,15 @@ Report gather(store::Connection& connection, const store::CampaignRow& campaign)
     report.story = story_of(connection, measured, diagnosis->second);
   }
   add_origin(report, connection, campaign.id, measured);
-  add_budget(report, connection, measured, compared);
+  add_budget(report, connection, measured, all.comparisons);
   report.remarks = remarks_on(report);
   report.remarks.insert(report.remarks.end(), left_out.begin(), left_out.end());
   for (const Suspicion& s : screened(measured.campaign, measured.held)) {
     if (rule_of(s.kind).gravity != Gravity::remark)
       report.remarks.push_back("The screen: " + in_words(s) + ".");
   }
-  add_new_epochs(report, compared);
-  return report;
+  add_new_epochs(report, all.comparisons);
+  return all;
 }
 
 }  // namespace trammel::report

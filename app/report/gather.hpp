@@ -1,9 +1,26 @@
 #pragma once
 
+#include <vector>
+
+#include "app/report/methods.hpp"
 #include "app/report/report.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::report {
+
+/// A report and what it was made of: comparisons point into groups and jobs, groups into walks.
+struct Gathered {
+  Measured measured;
+  Jobs jobs;
+  std::vector<Group> groups;
+  std::vector<Comparison> comparisons;
+  std::vector<Comparison> circles;  // one for each standing
+  Report report;
+
+  Gathered() = default;
+  Gathered(Gathered&&) = default;
+  Gathered& operator=(Gathered&&) = default;  // a copy would point into the original
+};
 
 /// The report of a stored campaign, from its sessions and jobs as they are now.
 ///
@@ -13,6 +30,6 @@ namespace trammel::report {
 /// campaign), after is predicted from the readings before, and says so. In-sample: the fit was made
 /// at these targets (core/judge/seen.hpp). All methods are judged on the same baseline. Proof:
 /// report_test.cpp, speakers_agree_test.cpp.
-Report gather(store::Connection& connection, const store::CampaignRow& campaign);
+Gathered gather(store::Connection& connection, const store::CampaignRow& campaign);
 
 }  // namespace trammel::report

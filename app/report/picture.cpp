@@ -181,9 +181,11 @@ std::string error_map(const ErrorTable& table, Glyphs glyphs, int columns) {
   const std::string under = ends(left, right, width - 1);
   text += trimmed(fmt::format("{:>6}  {:<{}}    {}", "x mm", under, half, under));
   const auto& marks = levels(glyphs);
-  return text + fmt::format("{} to {:.4f}, {} to {:.4f}, {} to {:.4f} {}; a cell is {:g} mm\n",
-                            marks[0], grid.largest / kEighths, marks[3], grid.largest / 2, marks[7],
-                            grid.largest, table.unit, rounded(grid.pitch_mm, 1));
+  return text +
+         fmt::format(
+             "{0} to {3:.{6}f}, {1} to {4:.{6}f}, {2} to {5:.{6}f} {7}; a cell is {8:g} mm\n",
+             marks[0], marks[3], marks[7], grid.largest / kEighths, grid.largest / 2, grid.largest,
+             table.decimals, table.unit, rounded(grid.pitch_mm, 1));
 }
 
 std::string method_bars(const Report& report, const ErrorTable& table, Glyphs glyphs, int columns) {
@@ -192,7 +194,8 @@ std::string method_bars(const Report& report, const ErrorTable& table, Glyphs gl
                     .columns = std::clamp(columns - kBesideBar, 0, kMostBarColumns),
                     .floor = report.floor_mean_mm};
   const auto line = [&](const std::string& name, double value) {
-    return trimmed(fmt::format("{:<12} {} {:.4f}", name, bar(value, scale, glyphs), value));
+    return trimmed(
+        fmt::format("{:<12} {} {:.{}f}", name, bar(value, scale, glyphs), value, table.decimals));
   };
   std::string text = fmt::format("mean, {} [{}]\n", judged_words(table), table.unit);
   text += line("before", table.before.mean);
@@ -204,8 +207,9 @@ std::string method_bars(const Report& report, const ErrorTable& table, Glyphs gl
     text += line(other.method + (other.after_predicted ? " *" : ""), other.after.mean);
   }
   if (!report.floor_mean_mm) return text;
-  return text + fmt::format("{} mean length of a perfect reading, {:.4f}\n",
-                            glyphs == Glyphs::blocks ? "│" : "|", *report.floor_mean_mm);
+  return text + fmt::format("{} mean length of a perfect reading, {:.{}f}\n",
+                            glyphs == Glyphs::blocks ? "│" : "|", *report.floor_mean_mm,
+                            table.decimals);
 }
 
 std::string pictures(const Report& report, Glyphs glyphs) {

@@ -5,6 +5,7 @@
 
 #include "app/report/picture.hpp"
 #include "app/report/report.hpp"
+#include "app/terminal/counted.hpp"
 
 namespace trammel::report {
 
@@ -12,9 +13,7 @@ namespace trammel::report {
 nlohmann::ordered_json to_json(const Report& report);
 
 /// "1 point", "48 points".
-inline std::string points_in_words(std::size_t n) {
-  return std::to_string(n) + (n == 1 ? " point" : " points");
-}
+inline std::string points_in_words(std::size_t n) { return terminal::counted(n, "point"); }
 
 /// What a text is written on.
 struct Page {

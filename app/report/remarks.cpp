@@ -4,9 +4,25 @@
 
 #include <algorithm>
 
+#include "core/statistics/interval.hpp"
 #include "store/session.hpp"
 
 namespace trammel::report {
+
+namespace {
+
+/// By more than the points' own scatter can make of nothing; not for fewer than five of them.
+bool is_worse(const ErrorTable& table) {
+  std::vector<double> before, after;
+  for (const PointError& p : table.points) {
+    before.push_back(p.before);
+    after.push_back(p.after);
+  }
+  const auto larger = paired_difference(after, before);
+  return larger && larger->low > 0;
+}
+
+}  // namespace
 
 std::vector<std::string> remarks_on(const Report& report) {
   struct Worse {
@@ -14,10 +30,11 @@ std::vector<std::string> remarks_on(const Report& report) {
   };
   std::vector<Worse> found;
   for (const ErrorTable& t : report.tables) {
-    if (t.standing == Standing::unknown_epoch || !(t.after.mean > t.before.mean)) continue;
-    const std::string figures = fmt::format(
-        "mean {:.4f} -> {:.4f} {} on {} {} points, {}", t.before.mean, t.after.mean, t.unit,
-        t.before.n, name_of(t.standing), t.after_predicted ? "predicted" : "measured again");
+    if (t.standing == Standing::unknown_epoch || !is_worse(t)) continue;
+    const std::string figures =
+        fmt::format("mean {:.{}f} -> {:.{}f} {} on {} {} points, {}", t.before.mean, t.decimals,
+                    t.after.mean, t.decimals, t.unit, t.before.n, name_of(t.standing),
+                    t.after_predicted ? "predicted" : "measured again");
     const auto same = std::find_if(found.begin(), found.end(), [&](const Worse& w) {
       return w.method == t.method && w.figure == t.figure;
     });

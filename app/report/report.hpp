@@ -49,6 +49,7 @@ struct ErrorTable {
   bool after_predicted = false;  // by the correction from the readings before; else measured again
   Summary before = {};
   Summary after = {};
+  int decimals = 4;                            // of its errors (terminal/decimals.hpp)
   std::optional<double> improvement_pct = {};  // none where the fit cannot know the epoch
   std::optional<PublishedTable> paper = {};    // what was printed beside it
   std::vector<PointError> points = {};         // in the order of measurement
@@ -157,6 +158,7 @@ struct Report {
   std::string noise = {};                    // where the sigmas come from
   std::optional<double> floor_mean_mm = {};  // none: the noise is not known
   std::optional<double> floor_mean_deg = {};
+  int decimals_mm = 4, decimals_deg = 4;  // of errors (terminal/decimals.hpp)
   int n_readings = 0;
   int n_excluded = 0;
   std::vector<ErrorTable> tables = {};

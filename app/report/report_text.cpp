@@ -23,52 +23,65 @@ std::string percent(const std::optional<double>& value) {
   return value ? fmt::format("{:+.1f} %", -*value) : "";
 }
 
-// Errors to a tenth of a micrometre and of a millidegree: a tracker reads 10 and 4 of them.
-std::string error_columns(const Summary& s, bool narrow) {
-  if (narrow) return fmt::format("{:7.4f} {:7.4f}", s.mean, s.max);
-  return fmt::format("{:7.4f} {:7.4f} {:7.4f} {:7.4f}", s.mean, s.max, s.min, s.p95);
+/// How a table of errors is set.
+struct Columns {
+  int decimals = 4;
+  bool narrow = false;  // mean and maximum alone
+
+  [[nodiscard]] int width() const { return std::max(7, decimals + 2); }  // of one number
+  [[nodiscard]] int side() const { return (narrow ? 2 : 4) * (width() + 1) - 1; }
+  /// mean, max, min, p95, or those that are there.
+  [[nodiscard]] std::string numbers(const std::vector<double>& values) const {
+    std::string text;
+    for (std::size_t k = 0; k < values.size() && (k < 2 || !narrow); ++k) {
+      text += fmt::format("{}{:{}.{}f}", k == 0 ? "" : " ", values[k], width(), decimals);
+    }
+    return text;
+  }
+};
+
+std::string error_columns(const Summary& s, const Columns& columns) {
+  return columns.numbers({s.mean, s.max, s.min, s.p95});
 }
 
 std::string row(const std::string& label, const std::string& set, const std::string& n,
                 const std::string& before, const std::string& after, const std::string& better,
-                bool narrow) {
-  const int width = narrow ? 15 : 31;
-  std::string line = fmt::format("{:<15} {:<12} {:>4}  {:<{}}  {:<{}} {:>9}", label, set, n, before,
-                                 width, after, width, better);
+                const Columns& columns) {
+  std::string line = fmt::format("{0:<15} {1:<12} {2:>4}  {3:<{6}}  {4:<{6}} {5:>9}", label, set, n,
+                                 before, after, better, columns.side());
   line.erase(line.find_last_not_of(' ') + 1);
   return line + "\n";
 }
 
-std::string paper_row(const PublishedTable& paper, bool narrow) {
-  const auto columns = [narrow](const std::vector<double>& v) {  // mean, max, min
-    if (narrow) return fmt::format("{:7.4f} {:7.4f}", v[0], v[1]);
-    return fmt::format("{:7.4f} {:7.4f} {:7.4f}", v[0], v[1], v[2]);
-  };
+std::string paper_row(const PublishedTable& paper, const Columns& columns) {
   return row("  paper, " + paper.table, paper.in_sample ? "in-sample" : "held-out", "",
-             columns(paper.before), columns(paper.after),
-             percent(100 * (1 - paper.after[0] / paper.before[0])), narrow);
+             columns.numbers(paper.before), columns.numbers(paper.after),
+             percent(100 * (1 - paper.after[0] / paper.before[0])), columns);
 }
 
 std::string figure_tables(const Report& report, const std::string& figure, bool narrow) {
   std::string text;
-  const std::string numbers = fmt::format("{:>7} {:>7}", "mean", "max") +
-                              (narrow ? "" : fmt::format(" {:>7} {:>7}", "min", "p95"));
+  const bool position = figure == "position";
+  const Columns columns{position ? report.decimals_mm : report.decimals_deg, narrow};
+  const int w = columns.width();
+  const std::string numbers = fmt::format("{:>{}} {:>{}}", "mean", w, "max", w) +
+                              (narrow ? "" : fmt::format(" {:>{}} {:>{}}", "min", w, "p95", w));
   for (const ErrorTable& table : report.tables) {
     if (table.figure != figure) continue;
     if (text.empty()) {
       text = terminal::heading(
-          fmt::format("{} error [{}]", figure == "position" ? "Position" : "Attitude", table.unit));
-      text += row("", "", "", "before", "after", "", narrow);
-      text += row("method", "judged", "n", numbers, numbers, "change", narrow);
+          fmt::format("{} error [{}]", position ? "Position" : "Attitude", table.unit));
+      text += row("", "", "", "before", "after", "", columns);
+      text += row("method", "judged", "n", numbers, numbers, "change", columns);
     }
     text += row(table.method + (table.after_predicted ? " *" : ""), name_of(table.standing),
-                std::to_string(table.before.n), error_columns(table.before, narrow),
-                error_columns(table.after, narrow), percent(table.improvement_pct), narrow);
-    if (table.paper) text += paper_row(*table.paper, narrow);
+                std::to_string(table.before.n), error_columns(table.before, columns),
+                error_columns(table.after, columns), percent(table.improvement_pct), columns);
+    if (table.paper) text += paper_row(*table.paper, columns);
   }
-  const auto& floor = figure == "position" ? report.floor_mean_mm : report.floor_mean_deg;
+  const auto& floor = position ? report.floor_mean_mm : report.floor_mean_deg;
   if (!text.empty() && floor) {
-    text += row("perfect reading", "", "", "", fmt::format("{:7.4f}", *floor), "", narrow);
+    text += row("perfect reading", "", "", "", columns.numbers({*floor}), "", columns);
   }
   return text;
 }
@@ -115,8 +128,9 @@ std::string demand_text(const Report& report) {
     if (text.empty()) {
       text = fmt::format(
           "demand on the model: at least {:.0f} % better, at most {:.1f} x the mean length of a "
-          "perfect reading ({:.4f} mm)\n",
-          d.improvement_pct, d.floor_ratio, d.floor_ratio * *report.floor_mean_mm);
+          "perfect reading ({:.{}f} mm)\n",
+          d.improvement_pct, d.floor_ratio, d.floor_ratio * *report.floor_mean_mm,
+          report.decimals_mm);
     }
     text += fmt::format(
         "  {}, {}, {}: {}, {:.2f} x a perfect reading: {}{}\n", points_in_words(table.before.n),
@@ -131,25 +145,31 @@ std::string demand_text(const Report& report) {
   return text.empty() ? text : "\n" + text;
 }
 
-std::string contest_text(const Contest& c) {
+std::string contest_text(const Contest& c, int decimals) {
   const bool clear = std::abs(c.mean_difference_mm) > c.half_width_mm;
   const std::string& winner = c.mean_difference_mm > 0 ? c.b : c.a;
   std::string text = terminal::heading(fmt::format("{} against {}, on one baseline", c.a, c.b));
   text += fmt::format(
-      "{} leaves the smaller error at {} of the same {} points; mean difference {} - {} = "
-      "{:+.4f} mm,\n95 % interval +-{:.4f} mm: {}.\n",
-      c.b, c.b_better, c.n, c.a, c.b, c.mean_difference_mm, c.half_width_mm,
+      "{} leaves the smaller error at {} of the same {}; mean difference {} - {} = "
+      "{:+.{}f} mm,\n95 % interval +-{:.{}f} mm: {}.\n",
+      c.b, c.b_better, points_in_words(static_cast<std::size_t>(c.n)), c.a, c.b,
+      c.mean_difference_mm, decimals, c.half_width_mm, decimals,
       clear ? winner + " is better" : "no difference that these points can show");
   return text;
 }
 
-std::string deviation_columns(const CircleDeviation& d) {
-  return fmt::format("{:+8.4f} {:+8.4f} {:+8.4f}", rounded(d.centre_x_mm, 4),
-                     rounded(d.centre_y_mm, 4), rounded(d.radius_mm, 4));
+std::string deviation_columns(const CircleDeviation& d, int decimals) {
+  std::string text;
+  for (const double value_mm : {d.centre_x_mm, d.centre_y_mm, d.radius_mm}) {
+    text +=
+        fmt::format("{}{:+8.{}f}", text.empty() ? "" : " ", rounded(value_mm, decimals), decimals);
+  }
+  return text;
 }
 
 std::string circles_text(const CircleTable& circles,
                          const std::optional<CircleDeviation>& printed) {
+  const int decimals = circles.errors.front().decimals;
   std::string text =
       terminal::heading(fmt::format("Circles [mm], after: {}{}", method_words(circles.method),
                                     circles.after_predicted ? ", predicted" : ", measured again"));
@@ -160,19 +180,20 @@ std::string circles_text(const CircleTable& circles,
     text += fmt::format(
         "{:<27} {:>3}  {}    {}\n",
         fmt::format("{} ({:g}, {:g}) R {:g}", printable(c.name), c.x_mm, c.y_mm, c.radius_mm), c.n,
-        deviation_columns(c.before), deviation_columns(c.after));
+        deviation_columns(c.before, decimals), deviation_columns(c.after, decimals));
   }
   text += fmt::format("{:<27} {:>3}  {}    {}\n", "mean of absolute values", "",
-                      deviation_columns(mean_deviation(circles, &CircleRow::before)),
-                      deviation_columns(mean_deviation(circles, &CircleRow::after)));
+                      deviation_columns(mean_deviation(circles, &CircleRow::before), decimals),
+                      deviation_columns(mean_deviation(circles, &CircleRow::after), decimals));
   if (printed) {
     text += fmt::format("{:<27} {:>3}  {:<26}    {}\n", "  paper, XI", "", "",
-                        deviation_columns(*printed));
+                        deviation_columns(*printed, decimals));
   }
   for (const ErrorTable& e : circles.errors) {
-    text += fmt::format("position error of {}, {}: mean {:.4f} -> {:.4f} mm{}\n",
-                        points_in_words(e.before.n), name_of(e.standing), e.before.mean,
-                        e.after.mean, e.improvement_pct ? ", " + percent(e.improvement_pct) : "");
+    text += fmt::format("position error of {}, {}: mean {:.{}f} -> {:.{}f} mm{}\n",
+                        points_in_words(e.before.n), name_of(e.standing), e.before.mean, e.decimals,
+                        e.after.mean, e.decimals,
+                        e.improvement_pct ? ", " + percent(e.improvement_pct) : "");
   }
   return text;
 }
@@ -181,7 +202,7 @@ std::string parameter_line(const ParameterRow& p) {
   const std::string name = p.epoch > 1 ? fmt::format("{} (epoch {})", p.name, p.epoch) : p.name;
   const std::string value =
       p.identified
-          ? fmt::format("{:>9.4f} {:<4} +- {:<8.4f}", p.value, p.unit, p.standard_uncertainty)
+          ? fmt::format("{:>9.4f} {:<4} +- {:<8.4f}", p.value, p.unit, 2 * p.standard_uncertainty)
           : fmt::format("{:>9} {:<4}", p.dropped ? "dropped" : "-", p.unit);
   std::string line = fmt::format("  {:<26} {:<27} {}", name, value,
                                  p.paper ? fmt::format("{:>9.4f}", *p.paper) : "");
@@ -208,7 +229,7 @@ std::string identification_text(const Identification& found, bool published) {
   text += terminal::wrapped(
       std::string("-: not identified by itself, so no number is given") +
       (published ? "; the paper's there are one of many solutions that fit as well" : "") +
-      ". +-: one standard uncertainty" +
+      ". +-: U (k = 2)" +
       (found.explained
            ? std::string(".")
            : fmt::format(
@@ -238,8 +259,8 @@ std::string spread_words(const NetworkFit& fit) {
 
 std::string network_text(const NetworkFit& fit, const std::optional<Published>& published) {
   std::string text = terminal::heading("Network fit, in-sample");
-  text += fmt::format("{} neurons on {} points, common spread {:.1f} mm ({})\n", fit.neurons, fit.n,
-                      fit.sigma_mm, spread_words(fit));
+  text += fmt::format("{} neurons on {}, common spread {:.1f} mm ({})\n", fit.neurons,
+                      terminal::counted(fit.n, "point"), fit.sigma_mm, spread_words(fit));
   text += fmt::format("MAE {:.4f} mm, MSE {:.6f} mm^2\n", fit.mae_mm, fit.mse_mm2);
   text += "R^2 = 1 - SSE/SST per joint:" + joint_numbers(fit.r2) + "\n";
   text += "squared correlation per joint:" + joint_numbers(fit.r2_pearson);
@@ -348,16 +369,16 @@ const ErrorTable* best_table(const Report& report) {
 std::string verdict(const Report& report) {
   const ErrorTable* best = best_table(report);
   if (best == nullptr) {
-    return fmt::format("{} readings, {}.", report.n_readings,
+    return fmt::format("{}, {}.", terminal::counted(report.n_readings, "reading"),
                        report.jobs.empty() ? "no calibration yet"
-                                           : "and none that judges a calibration: what a map was "
-                                             "fitted to says nothing of it");
+                                           : "and none that judges a calibration: a map is not "
+                                             "judged by what it was fitted to");
   }
   if (best->standing == Standing::unknown_epoch) {
     return fmt::format(
-        "{} readings, and none that judges {}: {} points were measured in an epoch that it knows "
-        "nothing of.",
-        report.n_readings, method_words(best->method), best->before.n);
+        "{} readings, and none that judges {}: {} measured in an epoch that it knows nothing of.",
+        report.n_readings, method_words(best->method),
+        points_in_words(best->before.n) + (best->before.n == 1 ? " was" : " were"));
   }
   if (best->before.mean == 0) {
     return fmt::format(
@@ -375,24 +396,26 @@ std::string verdict(const Report& report) {
       before, after,
       relative_u(report.budget, best->before.mean, best->after.mean, best->after_predicted));
   return fmt::format(
-      "On {} {} points {} brings the mean position error from {:.4f} to {:.4f} mm ({}{}{}){}.{}",
-      best->before.n, best->in_sample() ? "fitted" : "unseen", words_for(report, *best),
-      best->before.mean, best->after.mean,
+      "On {} {} {} {} brings the mean position error from {:.{}f} to {:.{}f} mm ({}{}{}){}.{}",
+      best->before.n, best->in_sample() ? "fitted" : "unseen",
+      best->before.n == 1 ? "point" : "points", words_for(report, *best), best->before.mean,
+      best->decimals, best->after.mean, best->decimals,
       best->improvement_pct ? percent(best->improvement_pct) + ", " : "",
       interval
           ? fmt::format("95 % interval {:+.1f} to {:+.1f} %, ", -interval->high, -interval->low)
           : "",
       best->after_predicted ? "predicted" : "measured again",
-      report.floor_mean_mm
-          ? fmt::format("; a perfect robot would read {:.4f} mm", *report.floor_mean_mm)
-          : "",
+      report.floor_mean_mm ? fmt::format("; a perfect robot would read {:.{}f} mm",
+                                         *report.floor_mean_mm, report.decimals_mm)
+                           : "",
       doubt(report, *best));
 }
 
 std::string to_text(const Report& report, const Page& page) {
   std::string text = "Campaign " + printable(report.campaign) +
-                     fmt::format(": {}{}, {} readings", report.simulated ? "SIMULATED" : "real",
-                                 report.imported ? ", imported" : "", report.n_readings);
+                     fmt::format(": {}{}, {}", report.simulated ? "SIMULATED" : "real",
+                                 report.imported ? ", imported" : "",
+                                 terminal::counted(report.n_readings, "reading"));
   if (report.n_excluded > 0) text += fmt::format(" ({} more excluded)", report.n_excluded);
   text += "\n" + report.mechanism + "\n\n" + terminal::wrapped(verdict(report));
   if (report.tolerance) {
@@ -408,13 +431,13 @@ std::string to_text(const Report& report, const Page& page) {
                               method_words(best_table(report)->method)) +
             budget_text(report.budget);
   }
-  if (report.contest) text += contest_text(*report.contest);
+  if (report.contest) text += contest_text(*report.contest, report.decimals_mm);
   if (report.circles) text += circles_text(*report.circles, published_circles(report));
   if (report.identification)
     text += identification_text(*report.identification, report.published.has_value());
   text += simulation_text(report.simulation);
   if (report.network) text += network_text(*report.network, report.published);
-  text += story_text(report.story);
+  text += story_text(report.story, report.decimals_mm);
   return text + origin_text(report);
 }
 

@@ -74,6 +74,7 @@ std::vector<StoryRound> story_of(store::Connection& connection, const Measured& 
                                  const store::Job& last);
 
 nlohmann::ordered_json story_json(const std::vector<StoryRound>& story);
-std::string story_text(const std::vector<StoryRound>& story);
+/// `decimals` of what is left, in mm.
+std::string story_text(const std::vector<StoryRound>& story, int decimals);
 
 }  // namespace trammel::report

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/report/story.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/lines.hpp"
 #include "app/terminal/text.hpp"
 
@@ -25,7 +26,8 @@ std::string line(const char* what, const std::string& words) {
 std::string sessions_text(const std::vector<PointsOf>& points, const char* verb) {
   std::string text;
   for (const PointsOf& p : points) {
-    text += fmt::format("{}{} points of {}", text.empty() ? "" : ", ", p.n, printable(p.session));
+    text += fmt::format("{}{} of {}", text.empty() ? "" : ", ", terminal::counted(p.n, "point"),
+                        printable(p.session));
   }
   return text.empty() ? "" : std::string(verb) + text;
 }
@@ -46,40 +48,39 @@ std::string rivals_text(const StoryRound& round) {
   return text;
 }
 
-/// Four decimals, or three digits where these show less: of a stage of micrometres.
-std::string rms(const std::optional<double>& value) {
-  if (!value) return "-";
-  return *value < 0.001 ? fmt::format("{:.3g}", *value) : fmt::format("{:.4f}", *value);
+std::string rms(const std::optional<double>& value, int decimals) {
+  return value ? fmt::format("{:.{}f}", *value, decimals) : "-";
 }
 
-std::string gap_text(const StoryRound& round) {
+std::string gap_text(const StoryRound& round, int decimals) {
   std::string text;
   for (const GapRow& g : round.gap) {
-    text += fmt::format("{}{}{} {} / {}", text.empty() ? "" : ", ", g.tried ? "tried " : "",
-                        g.model, rms(g.identify_rms_mm), rms(g.validate_rms_mm));
+    text +=
+        fmt::format("{}{}{} {} / {}", text.empty() ? "" : ", ", g.tried ? "tried " : "", g.model,
+                    rms(g.identify_rms_mm, decimals), rms(g.validate_rms_mm, decimals));
   }
   return text;
 }
 
-/// Two digits of the standard deviation, and no more of the value: "0.00404 +- 0.00013".
-std::string with_deviation(double value, double std) {
-  if (!(std > 0)) return fmt::format("{:g}", value);
-  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(std))));
-  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, std, decimals);
+/// Two digits of the uncertainty, and no more of the value: "0.00404 +- 0.00026".
+std::string with_uncertainty(double value, double U) {
+  if (!(U > 0)) return fmt::format("{:g}", value);
+  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(U))));
+  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, U, decimals);
 }
 
-/// "k_1 = 0.00404 +- 0.00013, …".
+/// "k_1 = 0.00404 +- 0.00026, …".
 std::string values_text(const EffectRow& effect) {
   std::string text;
   for (const EffectRow::Value& v : effect.values) {
     text += fmt::format("{}{} = {}{}", text.empty() ? "" : ", ", v.name,
-                        with_deviation(v.value, v.std), v.unit == "1" ? "" : " " + v.unit);
+                        with_uncertainty(v.value, 2 * v.std), v.unit == "1" ? "" : " " + v.unit);
   }
   for (const int seq : effect.seqs) text += fmt::format("{}seq {}", text.empty() ? "" : ", ", seq);
   return text;
 }
 
-std::string round_text(const StoryRound& round, std::size_t number) {
+std::string round_text(const StoryRound& round, std::size_t number, int decimals) {
   std::string text = fmt::format("round {}: {}\n", number, round.verdict);
   text += line("on", sessions_text(round.fitted, number > 1 ? "also " : ""));
   text += line("named", named_text(round));
@@ -87,17 +88,18 @@ std::string round_text(const StoryRound& round, std::size_t number) {
   for (const std::string& name : round.tried) tried += (tried.empty() ? "" : ", ") + name;
   text += line("tried", tried);
   text += line("rivals", rivals_text(round));
-  text += line("gap", gap_text(round));
+  text += line("gap", gap_text(round, decimals));
   if (round.n_next_points > 0) {
-    text += line("next", fmt::format("measure {} points: {}", round.n_next_points,
-                                     fmt::join(round.next_why, "; ")));
+    text +=
+        line("next", fmt::format("measure {}: {}", terminal::counted(round.n_next_points, "point"),
+                                 fmt::join(round.next_why, "; ")));
   }
   return text + line("job", fmt::format("{}, key {}", round.job_id, round.job_key.substr(0, 16)));
 }
 
 }  // namespace
 
-std::string story_text(const std::vector<StoryRound>& story) {
+std::string story_text(const std::vector<StoryRound>& story, int decimals) {
   if (story.empty()) return "";
   const StoryRound& last = story.back();
   const std::string judged = sessions_text(last.judged, "");
@@ -105,11 +107,11 @@ std::string story_text(const std::vector<StoryRound>& story) {
   text += terminal::wrapped(fmt::format(
       "gap: rms of measured - simulated per coordinate [mm], on fitted readings (in-sample) / on "
       "{}; "
-      "a perfect model leaves {:.4f}.",
+      "a perfect model leaves {:.{}f}.",
       judged.empty() ? "unseen ones: none were measured" : judged + ", never fitted (held-out)",
-      last.noise_floor_mm));
-  for (std::size_t k = 0; k < story.size(); ++k) text += round_text(story[k], k + 1);
-  if (!last.effects.empty()) text += "values of the last round (one standard deviation):\n";
+      last.noise_floor_mm, decimals));
+  for (std::size_t k = 0; k < story.size(); ++k) text += round_text(story[k], k + 1, decimals);
+  if (!last.effects.empty()) text += "values of the last round, +-: U (k = 2):\n";
   for (const EffectRow& effect : last.effects) {
     text +=
         terminal::wrapped(fmt::format("  {}: {}", effect.name, values_text(effect)), "    ", true);

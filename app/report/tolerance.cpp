@@ -8,7 +8,7 @@
 
 #include "app/files/budget_json.hpp"
 #include "app/report/assess/assessment.hpp"
-#include "app/report/measured.hpp"
+#include "app/report/gather.hpp"
 #include "app/report/methods.hpp"
 #include "app/report/print.hpp"
 #include "app/terminal/lines.hpp"
@@ -76,20 +76,20 @@ void judge_baseline(JudgedPoints& judged, const Measured& measured, double U_mea
 }  // namespace
 
 JudgedPoints judged_points(store::Connection& connection, const store::CampaignRow& campaign,
-                           const Report& report) {
-  const Measured measured = load_measured(connection, campaign);
+                           const Gathered& gathered) {
+  const Measured& measured = gathered.measured;
   const NoiseLevel noise = noise_level(measured.campaign);
   const auto budget =
       budget_of(measured.campaign, budget_facts(measured.campaign), noise, std::nullopt);
   const double u_mm = noise.sigma.xy_mm, beside_mm = combined_mm(budget, false);
   const double U_measured_mm = 2 * std::hypot(u_mm, beside_mm);
-  JudgedPoints judged{.u_reading_mm = u_mm};
+  JudgedPoints judged{.u_reading_mm = u_mm, .decimals = gathered.report.decimals_mm};
   judged.U_from = beside_mm == 0 ? "twice the noise of a reading"
                                  : fmt::format(
                                        "twice the root of the squares of the noise of a "
-                                       "reading, {:.4f} mm, and of the budget, {:.4f} mm",
-                                       u_mm, beside_mm);
-  if (const ErrorTable* best = best_table(report)) {
+                                       "reading, {0:.{2}f} mm, and of the budget, {1:.{2}f} mm",
+                                       u_mm, beside_mm, judged.decimals);
+  if (const ErrorTable* best = best_table(gathered.report)) {
     judge_table(judged, connection, campaign, *best, U_measured_mm);
   } else {
     judge_baseline(judged, measured, U_measured_mm);
@@ -117,10 +117,10 @@ std::string whose_words(const JudgedPoints& points) {
 
 std::string tolerance_words(const ToleranceTest& test) {
   return fmt::format(
-      "Against a tolerance of {:g} mm it {}: of {} points {} pass, {} fail, {} can't be decided",
+      "Against a tolerance of {:g} mm it {}: of {} {} pass, {} fail, {} can't be decided",
       test.tolerance_mm,
       test.machine == Conformity::undecided ? "can't be decided" : name_of(test.machine),
-      test.verdicts.size(), test.n(Conformity::passes), test.n(Conformity::fails),
+      points_in_words(test.verdicts.size()), test.n(Conformity::passes), test.n(Conformity::fails),
       test.n(Conformity::undecided));
 }
 
@@ -135,7 +135,8 @@ std::string tolerance_text(const ToleranceTest& test) {
   for (std::size_t k = 0; k < test.verdicts.size(); ++k) {
     const JudgedPoint& p = test.of.points[k];
     table.add({fmt::format("{:.3f}", p.x_mm), fmt::format("{:.3f}", p.y_mm),
-               fmt::format("{:.4f}", p.error_mm), p.U_mm ? fmt::format("{:.4f}", *p.U_mm) : "-",
+               fmt::format("{:.{}f}", p.error_mm, test.of.decimals),
+               p.U_mm ? fmt::format("{:.{}f}", *p.U_mm, test.of.decimals) : "-",
                name_of(test.verdicts[k])});
   }
   return text + "\n" + table.text();

@@ -11,7 +11,7 @@
 
 namespace trammel::report {
 
-struct Report;
+struct Gathered;
 
 struct JudgedPoint {
   double x_mm = 0, y_mm = 0;
@@ -27,6 +27,7 @@ struct JudgedPoints {
   bool predicted = false;
   std::string U_from = {};
   double u_reading_mm = 0;  // of a coordinate, one standard deviation
+  int decimals = 4;         // of error and U, for a person
   std::vector<JudgedPoint> points = {};
 };
 
@@ -37,7 +38,7 @@ struct JudgedPoints {
 /// of the job, budget and all, with the noise of a reading; none beyond its range. Throws
 /// InputError where the noise is not known. Proof: tolerance_report_test.cpp.
 JudgedPoints judged_points(store::Connection& connection, const store::CampaignRow& campaign,
-                           const Report& report);
+                           const Gathered& gathered);
 
 struct ToleranceTest {
   double tolerance_mm = 0;

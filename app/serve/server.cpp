@@ -53,7 +53,8 @@ Json status_now(const Options& options) {
 
 Json page_now(const Options& options) {
   store::Connection db = store::open(options.database, store::Access::read_only);
-  return report::page_json(db, store::require_campaign(db, options.campaign));
+  const store::CampaignRow campaign = store::require_campaign(db, options.campaign);
+  return report::page_json(db, campaign, report::gather(db, campaign));
 }
 
 std::string text_of(const Json& json) {

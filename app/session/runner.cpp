@@ -1,4 +1,5 @@
 #include "app/session/runner.hpp"
+#include "app/terminal/counted.hpp"
 
 #include <fmt/format.h>
 
@@ -241,7 +242,7 @@ void Runner::count() {
   }
   advance(Event::counted);
   const int n_excluded = n_ok - static_cast<int>(measured_.size());
-  note("done", fmt::format("{} points{}", n_ok,
+  note("done", fmt::format("{}{}", terminal::counted(n_ok, "point"),
                            n_excluded > 0 ? fmt::format(", {} of them excluded", n_excluded) : ""));
 }
 

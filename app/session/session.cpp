@@ -12,6 +12,7 @@
 #include "app/session/runner.hpp"
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/measure/screen.hpp"
 #include "core/mechanism/machine.hpp"
 #include "store/campaign.hpp"
@@ -328,9 +329,10 @@ Outcome run(store::Connection& connection, const Request& request,
   for (const std::string& what : request.confirmed) {
     store::add_event(connection, id, "confirmed", what);
   }
-  store::add_event(connection, id, "checked",
-                   fmt::format("{} points, plan {}, estimated {}", looked.n_points,
-                               looked.plan_sha256, terminal::clock_text(looked.estimated_s)));
+  store::add_event(
+      connection, id, "checked",
+      fmt::format("{}, plan {}, estimated {}", terminal::counted(looked.n_points, "point"),
+                  looked.plan_sha256, terminal::clock_text(looked.estimated_s)));
   Outcome outcome = Runner(connection, devices, course, surroundings).walk(false, new_set_up);
   outcome.estimated_s = looked.estimated_s;
   outcome.plan_sha256 = looked.plan_sha256;

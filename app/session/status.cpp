@@ -169,7 +169,7 @@ SessionStatus status_of(store::Connection& connection, const store::CampaignRow&
     throw NotFoundError({.what = "the campaign has no such session",
                          .where = {.field = "session"},
                          .got = session,
-                         .hint = "see `trammel session status`"});
+                         .hint = "see `trammel session status " + campaign.name + "`"});
   }
   SessionStatus status;
   status.campaign = campaign.name;

@@ -56,9 +56,9 @@ std::size_t columns_of(std::string_view text) {
   return n;
 }
 
-std::optional<std::size_t> terminal_columns() {
+std::optional<std::size_t> terminal_columns(int descriptor) {
   winsize size{};
-  if (isatty(STDOUT_FILENO) != 1 || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0) return {};
+  if (isatty(descriptor) != 1 || ioctl(descriptor, TIOCGWINSZ, &size) != 0) return {};
   if (size.ws_col < kLeastTerminal) return {};
   return size.ws_col;
 }

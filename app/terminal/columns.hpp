@@ -11,8 +11,8 @@ namespace trammel::terminal {
 /// Columns of `text`: characters, not bytes, less the escape sequences of bold().
 std::size_t columns_of(std::string_view text);
 
-/// Columns of the terminal on stdout; none where stdout is a file or a pipe.
-std::optional<std::size_t> terminal_columns();
+/// Columns of the terminal on stdout (1) or stderr (2); none where that is a file or a pipe.
+std::optional<std::size_t> terminal_columns(int descriptor = 1);
 
 /// `text` in at most `columns`; what is left out is marked by … at the end (~ without UTF-8).
 std::string shortened(const std::string& text, std::size_t columns);

@@ -3,8 +3,16 @@
 import sqlite3
 import sys
 
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
 file, session = sys.argv[1:3]
-laboratory = sqlite3.connect(f"file:{file}?mode=ro", uri=True)  # read only: the laboratory stays as it is
+try:
+    laboratory = sqlite3.connect(f"file:{file}?mode=ro", uri=True)  # read only: the laboratory stays as it is
+    sessions = [name for (name,) in laboratory.execute("SELECT DISTINCT session FROM v_point_error")]
+except sqlite3.Error as error:
+    sys.exit(f"{file}: {error}")
+if session not in sessions:
+    sys.exit(f"{file}: no session {session} with readings; there are: {', '.join(sessions)}")
 rows = laboratory.execute(
     "SELECT target_x_mm, target_y_mm, error_x_mm, error_y_mm, position_mm FROM v_point_error"
     " WHERE session = ? AND excluded IS NULL ORDER BY seq", (session,)).fetchall()

@@ -6,6 +6,9 @@
 #include "app/job/text.hpp"
 #include "app/report/assess/assessment.hpp"
 #include "app/report/budget.hpp"
+#include "app/report/print.hpp"
+#include "app/terminal/counted.hpp"
+#include "app/terminal/decimals.hpp"
 #include "app/terminal/text.hpp"
 #include "core/units.hpp"
 
@@ -28,9 +31,10 @@ std::string symbols_text(const std::vector<IsoSymbol>& symbols) {
       continue;
     }
     const double unit = s.is_angle ? deg_from_rad(1) : 1;
-    text +=
-        fmt::format("    {:<18}{:>9.4f} {:<4}", s.name, unit * *s.value, s.is_angle ? "deg" : "mm");
-    if (s.floor) text += fmt::format("  a perfect robot reads {:.4f}", unit * *s.floor);
+    const int decimals = terminal::decimals_of(unit * s.floor.value_or(0));
+    text += fmt::format("    {:<18}{:>9.{}f} {:<4}", s.name, unit * *s.value, decimals,
+                        s.is_angle ? "deg" : "mm");
+    if (s.floor) text += fmt::format("  a perfect robot reads {:.{}f}", unit * *s.floor, decimals);
     if (!s.reason.empty()) text += (s.floor ? "; " : "  ") + s.reason;
     text += "\n";
   }
@@ -63,19 +67,22 @@ std::string reversals_text(const Iso230& rail) {
   return text;
 }
 
-std::string session_text(const Session& s) {
+std::string session_text(const Session& s, int decimals) {
   std::string text =
-      fmt::format("\nsession {}: {} readings, {}\n", terminal::printable(s.name), s.position_mm.n,
+      fmt::format("\nsession {}: {}, {}\n", terminal::printable(s.name),
+                  terminal::counted(s.position_mm.n, "reading"),
                   s.compensation_job ? fmt::format("compensated by job {}", *s.compensation_job)
                   : s.compensation.empty() ? "baseline"
                                            : "compensated by " + s.compensation);
   text += fmt::format(
-      "  mean positional deviation {:.4f} mm, {} visits a pose (95 %: {:.4f}, max {:.4f}){}\n",
+      "  mean positional deviation {0:.{5}f} mm, {1} visits a pose (95 %: {2:.{5}f}, max "
+      "{3:.{5}f}){4}\n",
       s.position_mm.mean, visits(s.poses.least_n, s.poses.most_n), s.position_mm.p95,
       s.position_mm.max,
       s.attitude_rad.n == 0
           ? ""
-          : fmt::format("; attitude {:.4f} deg", deg_from_rad(s.attitude_rad.mean)));
+          : fmt::format("; attitude {:.4f} deg", deg_from_rad(s.attitude_rad.mean)),
+      decimals);
   if (!s.verdict.empty()) text += "  " + s.verdict + "\n";
   text += fmt::format("  ISO 9283, {} poses (with direction and set-up), largest of all:\n",
                       s.poses.n_poses);
@@ -92,9 +99,9 @@ std::string session_text(const Session& s) {
 }
 
 /// U over the points that have one, and why the others have none.
-std::string uncertainty_text(const Judged& j) {
+std::string uncertainty_text(const Judged& j, int decimals) {
   std::vector<double> U, U_rad;
-  std::map<std::string, int> without;
+  std::map<std::string, std::size_t> without;
   for (const Point& p : j.points) {
     if (p.U) {
       U.push_back(p.U->U_mm);
@@ -107,35 +114,36 @@ std::string uncertainty_text(const Judged& j) {
   if (!U.empty()) {
     const Summary u = summarise(U), phi = summarise(U_rad);
     text = fmt::format(
-        "    U (k = 2) of a coordinate {:.4f} to {:.4f} mm, mean {:.4f}; of the position (radius, "
-        "95 %) {:.4f} mm on average{}; {} points\n",
+        "    U (k = 2) of a coordinate {0:.{6}f} to {1:.{6}f} mm, mean {2:.{6}f}; of the position "
+        "(radius, 95 %) {3:.{6}f} mm on average{4}; {5}\n",
         u.min, u.max, u.mean, k95Radius * u.mean / 2,
         phi.max == 0 ? ""  // it does not turn
                      : fmt::format("; of phi {:.4f} to {:.4f} deg", deg_from_rad(phi.min),
                                    deg_from_rad(phi.max)),
-        U.size());
+        report::points_in_words(U.size()), decimals);
   }
-  for (const auto& [why, n] : without) text += fmt::format("    no U at {} points: {}\n", n, why);
+  for (const auto& [why, n] : without)
+    text += fmt::format("    no U at {}: {}\n", report::points_in_words(n), why);
   return text;
 }
 
-std::string judged_text(const Judged& j) {
+std::string judged_text(const Judged& j, int decimals) {
   std::string text = fmt::format(
-      "  {} ({}), {}, after {}: mean {:.4f} -> {:.4f} mm, 95 % {:.4f} -> {:.4f}, max {:.4f} -> "
-      "{:.4f}, n = {}\n",
+      "  {0} ({1}), {2}, after {3}: mean {4:.{11}f} -> {5:.{11}f} mm, 95 % {6:.{11}f} -> "
+      "{7:.{11}f}, max {8:.{11}f} -> {9:.{11}f}, n = {10}\n",
       terminal::printable(j.session), j.set,
       j.cross_validated ? "held-out by cross-validation" : name_of(j.standing),
       j.predicted ? "predicted" : "measured", j.before_mm.mean, j.after_mm.mean, j.before_mm.p95,
-      j.after_mm.p95, j.before_mm.max, j.after_mm.max, j.after_mm.n);
+      j.after_mm.p95, j.before_mm.max, j.after_mm.max, j.after_mm.n, decimals);
   if (j.standing == Standing::unknown_epoch) return text;
   if (j.improvement_pct) text += fmt::format("    improvement {:.1f} %", *j.improvement_pct);
   if (j.improvement_95_pct) {
     text += fmt::format(", 95 % interval {:.1f} to {:.1f} % (t of the log ratio)",
                         j.improvement_95_pct->low, j.improvement_95_pct->high);
   } else {
-    text += ", too few points for an interval";
+    text += std::string(j.improvement_pct ? ", " : "    ") + "too few points for an interval";
   }
-  text += "\n" + uncertainty_text(j);
+  text += "\n" + uncertainty_text(j, decimals);
   if (j.covered_pct) {
     text += fmt::format(
         "    {:.1f} % of the coordinates lie within U and the reading's noise (95 % expected)\n",
@@ -151,15 +159,17 @@ std::string to_text(const Assessment& a) {
   std::string text =
       fmt::format("campaign {}\n{}\n",
                   job::campaign_title(terminal::printable(a.campaign), a.simulated), a.noise);
+  const int decimals = terminal::decimals_of(a.floor_mean_mm.value_or(0));
   if (a.floor_mean_mm) {
-    text += fmt::format("mean length of a perfect reading: {:.4f} mm\n", *a.floor_mean_mm);
+    text +=
+        fmt::format("mean length of a perfect reading: {:.{}f} mm\n", *a.floor_mean_mm, decimals);
   }
-  for (const Session& s : a.sessions) text += session_text(s);
+  for (const Session& s : a.sessions) text += session_text(s, decimals);
   if (a.job) {
     text += fmt::format("\njob {}: {}\n", a.job->id, a.job->stage);
     if (!a.job->uncertainty_from.empty()) text += "  U from " + a.job->uncertainty_from + "\n";
     text += report::budget_text(a.job->budget);
-    for (const Judged& j : a.job->sets) text += judged_text(j);
+    for (const Judged& j : a.job->sets) text += judged_text(j, decimals);
     for (const std::string& w : a.job->warnings) text += "  warning: " + w + "\n";
   }
   return text +

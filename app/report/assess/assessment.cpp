@@ -12,6 +12,7 @@
 #include "app/job/run.hpp"
 #include "app/report/job_uncertainty.hpp"
 #include "app/report/methods.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/floor.hpp"
 #include "core/judge/range.hpp"
@@ -186,8 +187,9 @@ void warn(const Pairs& pairs, const FittedRange& range, std::vector<std::string>
   if (j.standing == Standing::unknown_epoch) {
     std::set<int> epochs;
     for (const Reading* r : pairs.before) epochs.insert(r->conditions.epoch);
-    warnings.push_back(fmt::format("{} points of {} ({}) {}", pairs.before.size(), j.session, j.set,
-                                   job::new_epoch_words({epochs.begin(), epochs.end()})));
+    warnings.push_back(fmt::format("{} of {} ({}) {}",
+                                   terminal::counted(pairs.before.size(), "point"), j.session,
+                                   j.set, job::new_epoch_words({epochs.begin(), epochs.end()})));
   }
   std::vector<Pose> targets;
   for (const Reading* r : pairs.before) targets.push_back(r->target);

@@ -34,9 +34,9 @@ Json circle_json(const CircleRow& row, const std::vector<const Pair*>& pairs) {
           {"points", points}};
 }
 
-std::string deviation_words(const CircleDeviation& d) {
-  return fmt::format("({:+.4f}, {:+.4f}), {:+.4f}", rounded(d.centre_x_mm, 4),
-                     rounded(d.centre_y_mm, 4), rounded(d.radius_mm, 4));
+std::string deviation_words(const CircleDeviation& d, int decimals) {
+  return fmt::format("({0:+.{3}f}, {1:+.{3}f}), {2:+.{3}f}", rounded(d.centre_x_mm, decimals),
+                     rounded(d.centre_y_mm, decimals), rounded(d.radius_mm, decimals), decimals);
 }
 
 }  // namespace
@@ -48,6 +48,7 @@ Json circle_section(const Source& source) {
     items.push_back(absent("circles", title, "This campaign has no points on circles."));
     return section("circles", "Circles", items);
   }
+  const int mm = decimals(source, Figure::position_mm);
   std::map<std::string, std::vector<const Pair*>> by_role;
   double largest = 0, radius = 0;
   for (const Comparison& c : source.circles) {
@@ -66,7 +67,7 @@ Json circle_section(const Source& source) {
     circles.push_back(circle_json(row, by_role[row.name]));
     rows.push_back(Json::array(
         {row.name, fmt::format("({:g}, {:g}) R {:g}", row.x_mm, row.y_mm, row.radius_mm),
-         std::to_string(row.n), deviation_words(row.before), deviation_words(row.after)}));
+         std::to_string(row.n), deviation_words(row.before, mm), deviation_words(row.after, mm)}));
   }
   std::string judged;
   for (const Comparison& c : source.circles) {
@@ -81,12 +82,13 @@ Json circle_section(const Source& source) {
                    "scale: {:g} um per division, from one grey ring to the next.",
                    judged, factor, 1000 * division)},
       "circles", {{"magnification", factor}, {"division_mm", division}, {"circles", circles}}));
-  rows.push_back(
-      Json::array({"mean of absolute values", "", "",
-                   deviation_words(mean_deviation(*source.report.circles, &CircleRow::before)),
-                   deviation_words(mean_deviation(*source.report.circles, &CircleRow::after))}));
+  rows.push_back(Json::array(
+      {"mean of absolute values", "", "",
+       deviation_words(mean_deviation(*source.report.circles, &CircleRow::before), mm),
+       deviation_words(mean_deviation(*source.report.circles, &CircleRow::after), mm)}));
   if (const auto printed = published_circles(source.report)) {
-    rows.push_back(Json::array({"the paper's, Table XI", "", "", "-", deviation_words(*printed)}));
+    rows.push_back(
+        Json::array({"the paper's, Table XI", "", "", "-", deviation_words(*printed, mm)}));
   }
   items.push_back(table(
       {"circle-deviations", "Least-squares circles less the circles asked for", "mm; " + judged},

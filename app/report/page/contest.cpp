@@ -31,6 +31,7 @@ Json folds(const Source& source) {
   }
   const Json details = Json::parse(contest->second.data.result_json).at("details");
   Json rows = Json::array();
+  const int mm = decimals(source, Figure::position_mm);
   const std::string picked = details.at("picked");
   for (const Json& row : details.at("table")) {
     const std::string name = row.at("method");
@@ -43,8 +44,8 @@ Json folds(const Source& source) {
       depends += fmt::format("{}{} ({:.0f} %)", depends.empty() ? "" : ", ", what,
                              100 * share.get<double>());
     }
-    const auto number = [&row](const char* key) {
-      return fmt::format("{:.4f}", row.at(key).get<double>());
+    const auto number = [&row, mm](const char* key) {
+      return fmt::format("{:.{}f}", row.at(key).get<double>(), mm);
     };
     rows.push_back(Json::array({name + (name == picked ? " (picked)" : ""), number("mean_mm"),
                                 number("p95_mm"), number("max_mm"),
@@ -52,8 +53,8 @@ Json folds(const Source& source) {
   }
   return table({"folds", title,
                 fmt::format("Position errors [mm], held-out: each reading predicted without its "
-                            "spatial block; mean length of a perfect reading {:.4f} mm.",
-                            details.at("floor_mean_mm").get<double>())},
+                            "spatial block; mean length of a perfect reading {:.{}f} mm.",
+                            details.at("floor_mean_mm").get<double>(), mm)},
                {"method", "mean [mm]", "p95 [mm]", "max [mm]", "what is left goes with"}, rows);
 }
 
@@ -68,26 +69,25 @@ Json contest_section(const Source& source) {
     predicted = predicted || c.paired.predicted;
   }
   const auto& floor = source.report.floor_mean_mm;
-  items.push_back(
-      bars.empty()
-          ? absent("contest", title, "No calibration was judged on readings yet.")
-          : figure({"contest", title,
-                    std::string("mm, on one baseline; whiskers: 95 % interval of the mean "
-                                "(Student's t over the points)") +
-                        (floor ? fmt::format("; line: mean length of a perfect reading, {:.4f} mm",
-                                             *floor)
-                               : "") +
-                        (predicted ? "; *: predicted from the readings before, not measured again."
-                                   : ".")},
-                   "contest",
-                   {{"bars", bars}, {"floor", floor ? Json(drawn(*floor)) : Json(nullptr)}}));
+  if (!bars.empty()) {
+    items.push_back(figure(
+        {"contest", title,
+         std::string("mm, on one baseline; whiskers: 95 % interval of the mean "
+                     "(Student's t over the points)") +
+             (floor ? fmt::format("; line: mean length of a perfect reading, {:.{}f} mm", *floor,
+                                  decimals(source, Figure::position_mm))
+                    : "") +
+             (predicted ? "; *: predicted from the readings before, not measured again." : ".")},
+        "contest", {{"bars", bars}, {"floor", floor ? Json(drawn(*floor)) : Json(nullptr)}}));
+  }
   items.push_back(folds(source));
   std::vector<std::string> words;
   if (const auto& c = source.report.contest) {
     words.push_back(fmt::format(
         "{} leaves the smaller error at {} of the same {} unseen points than {}; mean difference "
-        "{} - {} = {:+.4f} mm, 95 % interval +-{:.4f} mm.",
-        c->b, c->b_better, c->n, c->a, c->a, c->b, c->mean_difference_mm, c->half_width_mm));
+        "{} - {} = {:+.{}f} mm, 95 % interval +-{:.{}f} mm.",
+        c->b, c->b_better, c->n, c->a, c->a, c->b, c->mean_difference_mm, source.report.decimals_mm,
+        c->half_width_mm, source.report.decimals_mm));
   }
   return section("contest", "The contest of methods", items, words);
 }

@@ -79,17 +79,16 @@ Json identification_table(const Source& source) {
           Json::array({p.epoch > 1 ? fmt::format("{} (epoch {})", p.name, p.epoch) : p.name,
                        p.identified ? fmt::format("{:.4f}", p.value)
                                     : (p.dropped ? "dropped" : "not by itself"),
-                       p.identified ? fmt::format("{:.4f}", p.standard_uncertainty) : "-", p.unit,
-                       p.paper ? fmt::format("{:.4f}", *p.paper) : "-"}));
+                       p.identified ? fmt::format("{:.4f}", 2 * p.standard_uncertainty) : "-",
+                       p.unit, p.paper ? fmt::format("{:.4f}", *p.paper) : "-"}));
     }
   }
-  return table_beside_paper(
-      source,
-      {"identified", title,
-       fmt::format("Change from nominal, in-sample; rank {} of {} columns; u: one standard "
-                   "uncertainty; residuals are {:.1f} times the noise",
-                   found->rank, found->columns, found->sigma_ratio)},
-      {"parameter", "value", "u", "unit", "the paper"}, rows);
+  return table_beside_paper(source,
+                            {"identified", title,
+                             fmt::format("Change from nominal, in-sample; rank {} of {} columns; "
+                                         "residuals are {:.1f} times the noise",
+                                         found->rank, found->columns, found->sigma_ratio)},
+                            {"parameter", "value", "U (k = 2)", "unit", "the paper"}, rows);
 }
 
 Json campaign_table(const Source& source) {

@@ -11,41 +11,49 @@ namespace trammel::report {
 
 namespace {
 
-std::string with_interval(double mean, const std::optional<Interval>& interval) {
-  return fmt::format("{:.4f}", mean) +
-         (interval ? fmt::format("\n({:.4f} to {:.4f})", interval->low, interval->high) : "");
+std::string with_interval(double mean, const std::optional<Interval>& interval, int decimals) {
+  return fmt::format("{:.{}f}", mean, decimals) +
+         (interval
+              ? fmt::format("\n({0:.{2}f} to {1:.{2}f})", interval->low, interval->high, decimals)
+              : "");
 }
 
-Json before_after_row(const Comparison& c, Figure figure) {
+Json before_after_row(const Source& source, const Comparison& c, Figure figure) {
+  const int digits = decimals(source, figure);
   const Errors errors = errors_of(c.paired, figure);
   const Summary &before = errors.summary_before, &after = errors.summary_after;
   return Json::array({fmt::format("{}{}\n{} [{}]", method_of(*c.job),
                                   c.paired.predicted ? " *" : "", word_of(figure), unit_of(figure)),
-                      with_interval(before.mean, mean_interval(errors.before)),
-                      with_interval(after.mean, mean_interval(errors.after)),
+                      with_interval(before.mean, mean_interval(errors.before), digits),
+                      with_interval(after.mean, mean_interval(errors.after), digits),
                       change_words(c, errors),
-                      fmt::format("{:.4f}\n{:.4f}", before.p95, before.max),
-                      fmt::format("{:.4f}\n{:.4f}", after.p95, after.max)});
+                      fmt::format("{0:.{2}f}\n{1:.{2}f}", before.p95, before.max, digits),
+                      fmt::format("{0:.{2}f}\n{1:.{2}f}", after.p95, after.max, digits)});
 }
 
 /// The chosen method first, then the others on the same points.
 Json before_after_table(const Source& source, const Comparison& best) {
   const Report& report = source.report;
   Json rows = Json::array();
+  bool alike = true;  // whether "after" is known in one way
   for (const Figure figure : figures_of(source.measured.campaign.machine)) {
-    rows.push_back(before_after_row(best, figure));
+    rows.push_back(before_after_row(source, best, figure));
   }
   for (const Comparison& c : source.comparisons) {
     if (&c == &best || c.group != best.group || c.standing != best.standing) continue;
-    rows.push_back(before_after_row(c, Figure::position_mm));
+    rows.push_back(before_after_row(source, c, Figure::position_mm));
+    alike = alike && c.paired.predicted == best.paired.predicted;
   }
   if (report.floor_mean_mm) {
-    rows.push_back(Json::array(
-        {"a perfect robot", "", fmt::format("{:.4f}", *report.floor_mean_mm), "", "", ""}));
+    rows.push_back(Json::array({"a perfect robot", "",
+                                fmt::format("{:.{}f}", *report.floor_mean_mm, report.decimals_mm),
+                                "", "", ""}));
   }
   return table(
-      {"before-after", fmt::format("Before and after on {}", set_words(best)),
-       "In brackets: 95 % interval, points resampled. *: after is predicted, not measured again."},
+      {"before-after",
+       fmt::format("Before and after on {}", alike ? set_words(best) : judged_words(best)),
+       std::string("In brackets: 95 % interval of the mean (Student's t over the points).") +
+           (alike && !best.paired.predicted ? "" : " *: after is predicted, not measured again.")},
       {"method\nerror", "mean before\n(95 % interval)", "mean after\n(95 % interval)",
        "change\n(95 % interval)", "before:\n95 %, max", "after:\n95 %, max"},
       rows);
@@ -54,15 +62,15 @@ Json before_after_table(const Source& source, const Comparison& best) {
 /// A sentence as what it begins with, what it says, and how it ends: "alarm: THIS: why".
 struct Parts {
   std::string head, middle, tail;
+  int times = 1;
 };
 Parts parts_of(const std::string& sentence) {
   const std::size_t first = sentence.find(": "), last = sentence.rfind(": ");
   if (first == std::string::npos || first == last) return {"", sentence, ""};
-  return {sentence.substr(0, first + 2), sentence.substr(first + 2, last - first - 2),
-          sentence.substr(last)};
+  return {sentence.substr(0, first), sentence.substr(first, last - first), sentence.substr(last)};
 }
 
-/// Sentences that differ in their middle alone become one.
+/// Sentences that differ in their middle alone become one, with their number.
 std::vector<std::string> merged(const std::vector<std::string>& sentences) {
   std::vector<Parts> all;
   for (const std::string& sentence : sentences) {
@@ -70,38 +78,68 @@ std::vector<std::string> merged(const std::vector<std::string>& sentences) {
     const bool joins = !all.empty() && !next.head.empty() && all.back().head == next.head &&
                        all.back().tail == next.tail;
     if (joins) {
-      all.back().middle += "; " + next.middle;
+      all.back().middle += ";" + next.middle.substr(1);
+      ++all.back().times;
     } else {
       all.push_back(next);
     }
   }
   std::vector<std::string> lines;
-  for (const Parts& p : all) lines.push_back(p.head + p.middle + p.tail);
+  for (const Parts& p : all) {
+    lines.push_back(p.head + (p.times > 1 ? fmt::format(" ({} times)", p.times) : "") + p.middle +
+                    p.tail);
+  }
   return lines;
 }
 
-/// Of all calibrations and of the report itself; what several methods say stands once.
-Json warnings(const Source& source) {
-  std::vector<std::pair<std::string, std::string>> found;  // who, what
+/// Whether readings that came after a fit judge it by now, whatever the job could say then.
+bool is_judged(const Source& source, const store::Job& job) {
+  return std::ranges::any_of(source.comparisons, [&job](const Comparison& c) {
+    return c.job == &job && c.standing == Standing::unseen;
+  });
+}
+
+std::vector<std::string> warnings_of(const Source& source, const store::Job& job) {
+  const Json result = Json::parse(job.data.result_json);
+  std::vector<std::string> warned;
+  for (const Json& each : result.value("words", Json::array())) {
+    const std::string sentence = each.get<std::string>();
+    if (!job::is_warning(sentence)) continue;
+    if (job::is_of_no_held_out(sentence) && is_judged(source, job)) continue;
+    warned.push_back(sentence);
+  }
+  return merged(warned);
+}
+
+/// Of all calibrations and of the report itself, the chosen one's first; what several methods say
+/// stands once.
+Json warnings(const Source& source, const Comparison* best) {
+  struct Found {
+    std::string who, what;
+    bool chosen;
+  };
+  std::vector<Found> found;
   for (const store::Job* job : in_order(source.jobs)) {
-    const Json result = Json::parse(job->data.result_json);
-    std::vector<std::string> warned;
-    for (const Json& sentence : result.value("words", Json::array())) {
-      if (job::is_warning(sentence.get<std::string>())) warned.push_back(sentence);
-    }
-    for (const std::string& what : merged(warned)) {
-      const std::string who = job->data.stage;
-      const auto same =
-          std::ranges::find_if(found, [&what](const auto& each) { return each.second == what; });
+    const bool chosen = best != nullptr && best->job == job;
+    for (const std::string& what : warnings_of(source, *job)) {
+      const auto same = std::ranges::find(found, what, &Found::what);
       if (same == found.end()) {
-        found.emplace_back(who, what);
+        found.push_back({method_of(*job), what, chosen});
       } else {
-        same->first += ", " + who;
+        same->who += ", " + method_of(*job);
+        same->chosen = same->chosen || chosen;
       }
     }
   }
-  std::vector<std::string> lines = source.report.remarks;
-  for (const auto& [who, what] : found) lines.push_back(fmt::format("{}: {}", who, what));
+  std::vector<std::string> lines;
+  const auto add = [&](bool chosen) {
+    for (const Found& f : found) {
+      if (f.chosen == chosen) lines.push_back(fmt::format("{}: {}", f.who, f.what));
+    }
+  };
+  add(true);
+  lines.insert(lines.end(), source.report.remarks.begin(), source.report.remarks.end());
+  add(false);
   return sentences("warnings", "Warnings of the calibrations, and of this report", lines,
                    source.jobs.empty() ? "Nothing was calibrated yet." : "None.");
 }
@@ -109,16 +147,17 @@ Json warnings(const Source& source) {
 }  // namespace
 
 Json verdict_section(const Source& source) {
-  const char* title = "Position error before and after";
-  const char* why = "No calibration of this campaign has readings to judge it.";
   const Comparison* best = headline(source);
-  return section("verdict", "Verdict",
-                 Json::array({best == nullptr ? absent("before-after", "Before and after", why)
-                                              : before_after_table(source, *best),
-                              named_table(source),
-                              best == nullptr ? absent("headline", title, why)
-                                              : map_figure(source, *best, "headline", title),
-                              warnings(source)}));
+  Json items = Json::array(
+      {best == nullptr ? absent("before-after", "Before and after",
+                                "No calibration of this campaign has readings to judge it.")
+                       : before_after_table(source, *best),
+       named_table(source)});
+  if (best != nullptr) {
+    items.push_back(map_figure(source, *best, "headline", "Position error before and after"));
+  }
+  items.push_back(warnings(source, best));
+  return section("verdict", "Verdict", items);
 }
 
 }  // namespace trammel::report

@@ -140,8 +140,9 @@ Json simulated_figure(const Source& source, const Comparison& c) {
        fmt::format("{} readings before any compensation, {}. Each coordinate of the error "
                    "as the tracker read it and as the robot of this fit shows it{}.",
                    measured.size(), name_of(c.standing),
-                   floor ? fmt::format("; sigma per coordinate {:.4f} mm",
-                                       noise_level(source.measured.campaign).sigma.xy_mm)
+                   floor ? fmt::format("; sigma per coordinate {:.{}f} mm",
+                                       noise_level(source.measured.campaign).sigma.xy_mm,
+                                       decimals(source, Figure::position_mm))
                          : "")},
       "simulated", {{"axes", axes}, {"measured", measured}, {"simulated", simulation}});
 }

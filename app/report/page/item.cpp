@@ -36,7 +36,11 @@ Json section(const std::string& id, const std::string& title, Json items,
   return {{"id", id}, {"title", title}, {"words", words}, {"items", std::move(items)}};
 }
 
-double drawn(double value) { return rounded(value, 5); }
+double drawn(double value) {
+  const double size = std::abs(value);
+  if (size >= 0.001 || size < 1e-7) return rounded(value, 5);
+  return rounded(value, 2 - static_cast<int>(std::floor(std::log10(size))));
+}
 
 double magnification(double largest, double wanted) {
   if (!(largest > 0)) return 1;

@@ -33,7 +33,8 @@ Json fold(const std::string& id, const std::string& title, bool open, Json items
 Json section(const std::string& id, const std::string& title, Json items,
              const std::vector<std::string>& words = {});
 
-/// A number for a picture: to 1e-5, a tenth of what instruments read.
+/// A number for a picture: to 1e-5, a tenth of what trackers read, and of a smaller one three
+/// digits, down to a tenth of a nanometre.
 double drawn(double value);
 
 /// The factor 1, 2 or 5 times a power of ten that makes `largest` about `wanted`, never more.

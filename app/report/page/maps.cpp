@@ -9,6 +9,7 @@
 
 #include "app/report/page/source.hpp"
 #include "core/judge/deviation.hpp"
+#include "core/mechanism/displacements.hpp"
 #include "core/plane/hull.hpp"
 #include "core/plane/thin_plate.hpp"
 #include "core/units.hpp"
@@ -108,8 +109,49 @@ std::string paper_number(const Source& source, const Comparison& c, Figure figur
 /// What both kinds of picture say of their colours.
 const char* small_unit(Figure figure) { return figure == Figure::position_mm ? "um" : "mdeg"; }
 
-constexpr const char* kBetween =
-    "Between the points colour and height are interpolated, by a surface of least bending";
+/// `what` of a picture is seen between its points too.
+std::string between(const char* what) {
+  return fmt::format("Between the points {} interpolated, by a surface of least bending", what);
+}
+
+/// Of targets on one line: errors along it. Of a single axis they have a sign and a direction of
+/// travel.
+Json line_figure(const Source& source, const Comparison& c, const Field& field,
+                 const FigureHead& head) {
+  const Machine& machine = source.measured.campaign.machine;
+  const bool axis = machine.kind->n_chains == 1;
+  const Place from = field.places.front();
+  Place to = from;  // the farthest from the first
+  const auto far = [&from](const Place& p) {
+    return std::hypot(p.x_mm - from.x_mm, p.y_mm - from.y_mm);
+  };
+  for (const Place& p : field.places) {
+    if (far(p) > far(to)) to = p;
+  }
+  const double ux = axis || far(to) == 0 ? 1 : (to.x_mm - from.x_mm) / far(to);
+  const double uy = axis || far(to) == 0 ? 0 : (to.y_mm - from.y_mm) / far(to);
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < field.errors.rows(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Eigen::VectorXd errors = field.errors.row(i).transpose();
+    const Conditions& came = c.paired.pairs[k].before->reading.conditions;
+    rows.push_back({drawn(ux * field.places[k].x_mm + uy * field.places[k].y_mm),
+                    axis ? directions_of(came.cmd_mm - came.from_mm)[0] : 0,
+                    drawn(axis ? errors[0] : size_of(errors, Figure::position_mm, 0)),
+                    drawn(axis ? errors[3] : size_of(errors, Figure::position_mm, 3))});
+  }
+  return report::figure(
+      {head.id, head.title,
+       fmt::format("{}. Each side has its own scale.{} Lines join the means.", head.caption,
+                   axis ? " Full triangles: the target was approached in the direction of "
+                          "positive travel; open circles: against it."
+                        : "")},
+      "along",
+      {{"unit", small_unit(Figure::position_mm)},
+       {"where", axis ? "x [mm]" : "along the line of the targets [mm]"},
+       {"what", axis ? "measured - target" : "position error"},
+       {"rows", std::move(rows)}});
+}
 
 }  // namespace
 
@@ -120,12 +162,13 @@ Json surface_figure(const Source& source, const Comparison& c, Figure figure) {
                                         words_of(c), paper_number(source, c, figure));
   const Field field = field_of(c);
   const auto surface = thin_plate(field.places, field.errors);
-  if (!surface) return absent(id, title, "The points lie on one line: there is no surface.");
+  if (!surface) return nullptr;  // the points lie on one line, which map_figure draws
   return report::figure(
       {id, title,
        fmt::format("{}. Left and middle: before and after on one scale [{}]; right: after on its "
                    "own [{}]. {}.",
-                   set_words(c), unit_of(figure), small_unit(figure), kBetween)},
+                   set_words(c), unit_of(figure), small_unit(figure),
+                   between("colour and height are"))},
       "surfaces",
       {{"unit", unit_of(figure)},
        {"small_unit", small_unit(figure)},
@@ -139,7 +182,7 @@ Json map_figure(const Source& source, const Comparison& c, const std::string& id
   const Figure position = Figure::position_mm;
   const Field field = field_of(c);
   const auto surface = thin_plate(field.places, field.errors);
-  if (!surface) return absent(id, title, "The points lie on one line: there is no map.");
+  if (!surface) return line_figure(source, c, field, {id, title, set_words(c)});
   Json grid = grid_json(field, *surface, position);
   const double arrow_mm = kArrow * grid["step_mm"].get<double>() * kSteps;
   const double after = largest_at(field, position, 3);
@@ -151,7 +194,7 @@ Json map_figure(const Source& source, const Comparison& c, const std::string& id
            "{}. Arrows: from the target, {:g} times as long as the error, on the right {:g} "
            "times. Colour: its length; left and middle in mm, one scale for all maps of "
            "this page; right after on its own scale in um. {}.",
-           set_words(c), factor, own_factor, kBetween)},
+           set_words(c), factor, own_factor, between("colour is"))},
       "maps",
       {{"unit", unit_of(position)},
        {"small_unit", small_unit(position)},

@@ -9,8 +9,9 @@ namespace trammel::report {
 namespace {
 
 Json summary_row(const ErrorTable& t) {
-  const auto numbers = [](const Summary& s) {
-    return fmt::format("{:.4f} / {:.4f} / {:.4f} / {:.4f}", s.mean, s.max, s.min, s.p95);
+  const auto numbers = [&t](const Summary& s) {
+    return fmt::format("{0:.{4}f} / {1:.{4}f} / {2:.{4}f} / {3:.{4}f}", s.mean, s.max, s.min, s.p95,
+                       t.decimals);
   };
   std::string paper = "-";
   if (t.paper) {
@@ -29,7 +30,7 @@ Json method_items(const Source& source, const Comparison& c) {
       {map_figure(source, c, "map-" + id_of(source, c), "Position error: " + words_of(c))});
   for (const auto each : {histogram_figure, surface_figure, by_point_figure}) {
     for (const Figure figure : figures_of(source.measured.campaign.machine)) {
-      items.push_back(each(source, c, figure));
+      if (Json item = each(source, c, figure); !item.is_null()) items.push_back(std::move(item));
     }
   }
   if (Json simulated = simulated_figure(source, c); !simulated.is_null()) {
@@ -38,11 +39,12 @@ Json method_items(const Source& source, const Comparison& c) {
   return items;
 }
 
-std::string fold_title(const Comparison& c) {
+std::string fold_title(const Source& source, const Comparison& c) {
   const Errors errors = errors_of(c.paired, Figure::position_mm);
-  return fmt::format("{}: mean {:.4f} to {:.4f} mm, {}", words_of(c), errors.summary_before.mean,
-                     errors.summary_after.mean,
-                     c.paired.predicted ? "predicted" : "measured again");
+  return fmt::format("{0}: mean {1:.{4}f} to {2:.{4}f} mm, {3}", words_of(c),
+                     errors.summary_before.mean, errors.summary_after.mean,
+                     c.paired.predicted ? "predicted" : "measured again",
+                     decimals(source, Figure::position_mm));
 }
 
 }  // namespace
@@ -57,8 +59,8 @@ Json method_section(const Source& source) {
   Json items = Json::array(), rows = Json::array();
   const Comparison* chosen = headline(source);
   for (const Comparison& c : source.comparisons) {
-    items.push_back(
-        fold("method-" + id_of(source, c), fold_title(c), &c == chosen, method_items(source, c)));
+    items.push_back(fold("method-" + id_of(source, c), fold_title(source, c), &c == chosen,
+                         method_items(source, c)));
   }
   for (const ErrorTable& t : source.report.tables) rows.push_back(summary_row(t));
   items.push_back(fold(

@@ -1,21 +1,21 @@
 #pragma once
 // A report as a page: one file that needs nothing else.
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "app/report/gather.hpp"
 #include "app/report/page/item.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::report {
 
 /// The page's data, "trammel/report-page/1" (schemas/report-page.schema.json): sections with
-/// figures and tables, in order; with a tolerance, a section on whether it is met. Proof:
-/// page_test.cpp.
+/// figures and tables, in order; where the report has a tolerance, a section on whether it is met.
+/// Proof: page_test.cpp.
 Json page_json(store::Connection& connection, const store::CampaignRow& campaign,
-               const std::optional<double>& tolerance_mm = {});
+               const Gathered& gathered);
 
 /// The page: style, script and data in one file that asks nobody for anything. A
 /// content-security-policy names style and script by their SHA-256, so that nothing else runs

@@ -124,7 +124,8 @@ Pose chosen_pose(const Source& source, std::string& words) {
     words = "where the stage was zeroed";
     return source.measured.campaign.machine.home;
   }
-  words = fmt::format("at the target with the largest error before, {:.4f} mm", error(*worst));
+  words = fmt::format("at the target with the largest error before, {:.{}f} mm", error(*worst),
+                      decimals(source, Figure::position_mm));
   return worst->reading.target;
 }
 

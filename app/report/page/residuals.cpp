@@ -7,6 +7,7 @@
 
 #include "app/job/correction_json.hpp"
 #include "app/report/page/source.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/calibrate/correction.hpp"
 #include "core/units.hpp"
 
@@ -121,11 +122,11 @@ Json states_figure(const Explained& e, const std::vector<Eigen::Vector3d>& geome
                     {"rails", rails}});
   }
   return figure({"residuals", "Residual against displacement, direction, time and temperature",
-                 fmt::format("Measured - simulated of {} readings as joint errors [mm] (place as "
+                 fmt::format("Measured - simulated of {} as joint errors [mm] (place as "
                              "measured, orientation as the model has it), one colour a "
                              "rail; full marks fitted (in-sample), open marks unseen (held-out). "
                              "Above: the geometry alone. Below: with the named effects.",
-                             e.readings.size())},
+                             terminal::counted(e.readings.size(), "reading"))},
                 "residuals", {{"names", drive_names(e.model)}, {"readings", rows}});
 }
 
@@ -160,10 +161,10 @@ Json effect_figure(const Explained& e, std::size_t which) {
   }
   return figure({"effect-" + effect.name, effect.name + ": the residual without it, and its curve",
                  sentence_on(e.model, which) +
-                     fmt::format(". Joint errors [mm] of {} readings, with all but "
+                     fmt::format(". Joint errors [mm] of {}, with all but "
                                  "this effect taken out (full marks in-sample, open "
                                  "marks held-out); line: the effect as fitted.",
-                                 e.readings.size())},
+                                 terminal::counted(e.readings.size(), "reading"))},
                 "effect", {{"names", drive_names(e.model)}, {"axis", axis.name}, {"rails", rails}});
 }
 
@@ -217,11 +218,7 @@ Json residual_items(const Source& source, const store::Job& job) {
 Json residual_section(const Source& source) {
   const char* title = "Residuals, and the named effect's curve through them";
   const auto diagnosis = source.jobs.find("diagnose");
-  if (diagnosis == source.jobs.end()) {
-    return section("residuals", title,
-                   Json::array({absent("residuals", "Residuals",
-                                       "No diagnosis was made: trammel diagnose CAMPAIGN.")}));
-  }
+  if (diagnosis == source.jobs.end()) return nullptr;
   try {
     return section("residuals", title, residual_items(source, diagnosis->second));
   } catch (const InputError& error) {

@@ -37,10 +37,16 @@ const char* standing_words(Standing standing) {
 
 }  // namespace
 
+std::string judged_words(const Comparison& c) {
+  return fmt::format("{}, {}", points_in_words(c.paired.pairs.size()), standing_words(c.standing));
+}
+
+std::string after_words(bool predicted) {
+  return predicted ? "after predicted from the readings before" : "after measured again";
+}
+
 std::string set_words(const Comparison& c) {
-  return fmt::format("{}, {}, after {}", points_in_words(c.paired.pairs.size()),
-                     standing_words(c.standing),
-                     c.paired.predicted ? "predicted from the readings before" : "measured again");
+  return judged_words(c) + ", " + after_words(c.paired.predicted);
 }
 
 std::string of_the_paper(const Source& source, const char* figure) {
@@ -74,6 +80,10 @@ const char* word_of(Figure figure) {
 }
 
 const char* unit_of(Figure figure) { return figure == Figure::position_mm ? "mm" : "deg"; }
+
+int decimals(const Source& source, Figure figure) {
+  return figure == Figure::position_mm ? source.report.decimals_mm : source.report.decimals_deg;
+}
 
 std::optional<Interval> mean_interval(const std::vector<double>& values) {
   const std::vector<double> nothing(values.size(), 0.0);

@@ -25,7 +25,7 @@ struct Source {
 };
 
 // One section each, in the page's order. A figure that the campaign has no data for is absent and
-// says why.
+// says why, once in the page: a section without any is null.
 Json verdict_section(const Source& source);
 Json plan_section(const Source& source);
 Json method_section(const Source& source);
@@ -46,14 +46,19 @@ std::string of_the_paper(const Source& source, const char* figure);
 /// figures.
 Json table_beside_paper(const Source& source, const FigureHead& head,
                         std::vector<std::string> columns, Json rows);
-/// What is judged and how "after" is known.
+/// "48 points, held-out (no fit saw them)"
+std::string judged_words(const Comparison& comparison);
+/// "after measured again"
+std::string after_words(bool predicted);
+/// Both.
 std::string set_words(const Comparison& comparison);
 
 /// The comparison a reader wants first, as the verdict's sentence has it; null where there is none.
 const Comparison* headline(const Source& source);
 
 // What sections share.
-/// Maps of place (with `id` and `title`), and surfaces of place and attitude.
+/// Maps of place (with `id` and `title`), and surfaces of place and attitude. Of points on one line
+/// the map is a line, and the surface null.
 Json map_figure(const Source& source, const Comparison& c, const std::string& id,
                 const std::string& title);
 Json surface_figure(const Source& source, const Comparison& c, Figure figure);
@@ -68,11 +73,13 @@ Json named_table(const Source& source);
 const char* word_of(Figure figure);
 /// "mm", "deg"
 const char* unit_of(Figure figure);
+/// Of errors, as the whole report has them (terminal/decimals.hpp).
+int decimals(const Source& source, Figure figure);
 
 /// "-95.2 %", and below it "(-96.0 to -94.3)": the change of the mean with its 95 % interval, "-"
 /// where the points do not judge the method.
 std::string change_words(const Comparison& c, const Errors& errors);
-/// 95 % interval of the mean, points resampled; none for fewer than five.
+/// 95 % interval of the mean, Student's t over the points; none for fewer than five.
 std::optional<Interval> mean_interval(const std::vector<double>& values);
 
 /// The largest error of any comparison, before or after, mm or deg: one colour scale for all maps.

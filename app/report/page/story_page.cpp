@@ -10,6 +10,7 @@
 #include "app/report/from_job.hpp"
 #include "app/report/page/source.hpp"
 #include "app/report/print.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/mechanism/displacements.hpp"
 #include "core/units.hpp"
@@ -37,7 +38,7 @@ std::string points_words(const std::vector<PointsOf>& points) {
   return text.empty() ? "no new points" : text;
 }
 
-Json waterfall(const StoryRound& round, std::size_t number) {
+Json waterfall(const Source& source, const StoryRound& round, std::size_t number) {
   Json steps = Json::array();
   const auto value = [](const std::optional<double>& v) {
     return v ? Json(drawn(*v)) : Json(nullptr);
@@ -54,32 +55,33 @@ Json waterfall(const StoryRound& round, std::size_t number) {
        fmt::format("The gap at each step, round {}: {}", number, round.verdict),
        fmt::format("rms of measured - simulated per coordinate [mm]; pale: what this step closed. "
                    "Fitted: in-sample, {} more than the round before. {} A perfect model leaves "
-                   "{:.4f} mm.",
+                   "{:.{}f} mm.",
                    points_words(round.fitted),
                    judged ? fmt::format("Unseen: held-out, {}.", points_words(round.judged))
                           : "No unseen readings: nothing judges it.",
-                   round.noise_floor_mm)},
+                   round.noise_floor_mm, decimals(source, Figure::position_mm))},
       "waterfall", {{"steps", steps}, {"floor", drawn(round.noise_floor_mm)}});
 }
 
-/// Decimals that show two digits of a standard deviation.
-int decimals_of(double deviation) {
-  if (!(deviation > 0)) return 6;
-  return std::clamp(1 - static_cast<int>(std::floor(std::log10(deviation))), 0, 12);
+/// Decimals that show two digits of an uncertainty.
+int decimals_of(double U) {
+  if (!(U > 0)) return 6;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(U))), 0, 12);
 }
 
-/// "k_1 0.00377 +- 0.00015, k_2 0.00251 +- 0.00015"; the unit where it is another than the one
+/// "k_1 0.00377 +- 0.00030, k_2 0.00251 +- 0.00030"; the unit where it is another than the one
 /// before.
 std::string value_words(const EffectRow& effect) {
   std::string text;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const EffectRow::Value& v = effect.values[k];
-    const int decimals = decimals_of(v.std);
+    const double U = 2 * v.std;
+    const int decimals = decimals_of(U);
     const bool last = k + 1 == effect.values.size() || effect.values[k + 1].unit != v.unit;
     text += fmt::format("{}{} {:.{}f} +- {:.{}f}{}", text.empty() ? "" : ", ", v.name, v.value,
-                        decimals, v.std, decimals, last && v.unit != "1" ? " " + v.unit : "");
+                        decimals, U, decimals, last && v.unit != "1" ? " " + v.unit : "");
   }
-  if (!effect.seqs.empty()) text = fmt::format("{} readings", effect.seqs.size());
+  if (!effect.seqs.empty()) text = terminal::counted(effect.seqs.size(), "reading");
   return text;
 }
 
@@ -189,11 +191,10 @@ Json next_points(const Source& source, const store::Job& job, const Json& detail
                     {"why", p.group}});
   }
   return figure({"next-points", title,
-                 fmt::format("{} points that would tell most [mm]; small marks are where was "
-                             "measured. Beside each its orientation in deg and the direction in "
-                             "which each drive approaches it. trammel plan and session run take "
-                             "them as they are.",
-                             next.size())},
+                 fmt::format("{} that would decide most [mm]; small marks are where was measured. "
+                             "Beside each its orientation in deg and the direction in which each "
+                             "drive approaches it. `trammel plan create next-points` writes them.",
+                             points_in_words(next.size()))},
                 "next-points", {{"measured", fitted_targets}, {"next", next}});
 }
 
@@ -220,32 +221,33 @@ Json named_table(const Source& source) {
         {name, "not named, may also hold", fmt::format("{:.0f} %", 100 * probability)}));
   }
   if (rows.empty()) rows.push_back(Json::array({"none", "no effect was named", "-"}));
-  return table(
-      {"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),
-       "+-: one standard deviation. Doubt: share of what is explained, and the chance of as "
-       "much without the effect."},
-      {"effect", "value", "doubt"}, rows);
+  return table({"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),
+                "+-: U (k = 2). Doubt: share of what is explained, and the chance of as "
+                "much without the effect."},
+               {"effect", "value", "doubt"}, rows);
 }
 
 Json story_section(const Source& source) {
   const char* title = "Where simulation and measurement part, and why";
   const auto diagnosis = source.jobs.find("diagnose");
   if (diagnosis == source.jobs.end() || source.report.story.empty()) {
-    return section("story", title,
-                   Json::array({absent("gap", "The gap at each step",
-                                       "No diagnosis was made: trammel diagnose CAMPAIGN.")}));
+    return nullptr;
   }
   const Json details = Json::parse(diagnosis->second.data.result_json).at("details");
   std::vector<std::string> words;
   Json items = Json::array();
   std::size_t number = 0;
+  int n_fitted = 0;
   for (const StoryRound& round : source.report.story) {
+    const std::string before =
+        n_fitted == 0 ? "" : fmt::format(", beside the {} of the round before", n_fitted);
+    for (const PointsOf& p : round.fitted) n_fitted += p.n;
     std::string named;
     for (const EffectRow& e : round.effects) named += (named.empty() ? "" : " + ") + e.name;
-    words.push_back(fmt::format("Round {} (job {}): {}; named {}; fitted {}.", ++number,
+    words.push_back(fmt::format("Round {} (job {}): {}; named {}; fitted {}{}.", ++number,
                                 round.job_id, round.verdict, named.empty() ? "nothing" : named,
-                                points_words(round.fitted)));
-    items.push_back(waterfall(round, number));
+                                points_words(round.fitted), before));
+    items.push_back(waterfall(source, round, number));
   }
   if (const Json* notes = find(details, "notes")) {
     for (const Json& note : *notes) words.push_back(note.get<std::string>());

@@ -59,6 +59,15 @@ TEST_CASE("Python reads a laboratory by itself and finds what the program finds"
   }
   CHECK_THAT(tests::read_text(kExamples + "python/README.md"),
              Contains(laboratory.expected("measure-48")));
+  for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
+           {"laboratory.db", "nobody"}, {"nowhere.db", "measure-48"}, {"laboratory.db"}}) {
+    std::vector<std::string> words = {"python3", kExamples + "python/point_errors.py"};
+    words.insert(words.end(), wrong.begin(), wrong.end());
+    const auto refused = tests::run_command(words, laboratory.folder.path());
+    CAPTURE(words, refused.err);
+    CHECK(refused.exit_code == 1);
+    CHECK(std::count(refused.err.begin(), refused.err.end(), '\n') == 1);  // no traceback
+  }
 }
 
 TEST_CASE("Octave finds the same through a table", "[cli][examples]") {

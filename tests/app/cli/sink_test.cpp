@@ -29,6 +29,22 @@ TEST_CASE("--out takes what any command prints, text or JSON, and prints nothing
   }
 }
 
+TEST_CASE("--out takes version and help as well, wherever it stands", "[cli]") {
+  const tests::TemporaryFolder folder;
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"--version"}, {"--version", "--json"}, {"report", "--help"}}) {
+    CAPTURE(words);
+    const auto printed = run_here(words, folder.path());
+    std::vector<std::string> into = words;
+    into.insert(into.end(), {"--out", "a.txt", "--overwrite"});
+    const auto written = run_here(into, folder.path());
+    CHECK(written.exit_code == 0);
+    CHECK(written.out.empty());
+    CHECK(tests::read_text(folder.path() / "a.txt") == printed.out);
+    std::filesystem::remove(folder.path() / "a.txt");
+  }
+}
+
 TEST_CASE("a file that is there is refused before the command runs, a failed command writes none",
           "[cli]") {
   const tests::TemporaryFolder folder;

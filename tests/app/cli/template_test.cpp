@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "app/device/stage_json.hpp"
 #include "app/device/tracker_json.hpp"
@@ -73,6 +74,25 @@ TEST_CASE("every template is valid as it is, and explains itself", "[cli]") {
   CHECK(read_campaign(at).campaign.readings.size() == 5);
 }
 
+TEST_CASE("the protocol to start from runs, and judges as many points as it promises", "[cli]") {
+  const tests::TemporaryFolder folder;
+  for (const char* noun : {"protocol", "robot"}) {
+    REQUIRE(run_here({"template", noun, "--out", std::string(noun) + ".json"}, folder.path())
+                .exit_code == 0);
+  }
+  REQUIRE(run_here({"protocol", "run", "protocol.json", "--confirm", "nests"}, folder.path())
+              .exit_code == 0);
+  const auto report =
+      nlohmann::json::parse(run_here({"report", "my-campaign", "--json"}, folder.path()).out);
+  int n_judged = 0;
+  for (const auto& t : report.at("tables")) {
+    if (t.at("judged") == "held-out" && t.at("figure") == "position")
+      n_judged += t.at("before").at("n").get<int>();
+  }
+  const std::string about = protocol::read_protocol(folder.path() / "protocol.json").about;
+  CHECK_THAT(about, Contains(std::to_string(n_judged) + " others to judge"));
+}
+
 TEST_CASE("a template goes where --out says, and the line to use it comes with it", "[cli]") {
   const tests::TemporaryFolder folder;
   const auto printed = run_here({"template", "stage", "galil"}, folder.path());
@@ -99,10 +119,13 @@ TEST_CASE(
       FAIL("was taken");
     } catch (const InputError& error) {
       CHECK(error.text().where.field == "format");
-      for (const char* format : {"layout/1", "campaign/2", "tracker/1", "trammel/plan/1"}) {
+      for (const char* format :
+           {"layout/1", "campaign/2", "machine/1", "tracker/1", "trammel/plan/1"}) {
         CHECK_THAT(error.text().expected, Contains(format));
       }
       CHECK_THAT(error.text().hint, Contains("trammel template"));
     }
   }
+  folder.write("b.json", "{}");
+  CHECK_THAT(run_here({"mechanism", "check", "b.json"}, folder.path()).err, Contains("machine/1"));
 }

@@ -4,6 +4,7 @@
 
 #include "app/files/json_file.hpp"
 #include "app/files/published_json.hpp"
+#include "app/report/remarks.hpp"
 #include "app/report/report.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/paths.hpp"
@@ -96,6 +97,19 @@ TEST_CASE("an imported campaign is calibrated by all three methods, and the repo
   CHECK_THAT(text, Contains("predicted from the readings before, not measured again"));
   CHECK_THAT(text, Contains("rank 12 of 18"));
   CHECK_THAT(text, Contains("perfect reading"));
+  // Each combination has the U that the calibration states, k = 2, and stands in the text once.
+  int n_combinations = 0;
+  for (const std::string sentence : report.at("identification").at("words")) {
+    if (!sentence.starts_with("identified of these: ")) continue;
+    const std::size_t at = sentence.find("+- ");
+    const std::string U = sentence.substr(at, sentence.find(' ', at + 3) - at);
+    CAPTURE(sentence);
+    REQUIRE(text.find(U) != std::string::npos);
+    CHECK(text.find(U, text.find(U) + 1) == std::string::npos);
+    ++n_combinations;
+  }
+  CHECK(n_combinations > 3);
+  CHECK_THAT(text, !Contains("one standard"));
   CHECK_THAT(text, !Contains("0.3707") && !Contains("paper"));
   CHECK_THAT(text, !Contains("dropped"));
 
@@ -134,4 +148,23 @@ TEST_CASE("published figures are stored with the campaign that has them, and sho
   wrong["tables"][0]["after"] = {1, 2};
   const JsonFile bad = parse_json(wrong.dump(), "published");
   CHECK_THROWS_WITH(read_published(Fields(bad)), Contains("three numbers"));
+}
+
+TEST_CASE("a method is said to make an error worse only where the points show it", "[report]") {
+  const auto remarks = [](const std::vector<double>& before, const std::vector<double>& after) {
+    report::ErrorTable table{.method = "idw", .figure = "position", .unit = "mm"};
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      table.points.push_back({.before = before[k], .after = after[k]});
+    }
+    table.before = summarise(before);
+    table.after = summarise(after);
+    report::Report report;
+    report.tables.push_back(table);
+    return report::remarks_on(report);
+  };
+  CHECK(remarks({0.003, 0.0030001}, {0.003, 0.0030002}).empty());    // two points show nothing
+  CHECK(remarks({1, 2, 3, 4, 5, 6}, {2, 1, 4, 3, 6, 5.6}).empty());  // up and down
+  const auto worse = remarks({1, 2, 3, 4, 5, 6}, {1.5, 2.6, 3.4, 4.5, 5.6, 6.5});
+  REQUIRE(worse.size() == 1);
+  CHECK_THAT(worse[0], Contains("idw makes position worse: mean 3.5000 -> 4.0167 mm"));
 }

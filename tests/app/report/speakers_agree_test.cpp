@@ -74,7 +74,9 @@ struct Laboratory {
   store::Job calibrate(const std::string& stage) {
     return job::run(db, {.campaign = "lab", .stage = stage}).job;
   }
-  report::Report reported() { return report::gather(db, store::require_campaign(db, "lab")); }
+  report::Report reported() {
+    return report::gather(db, store::require_campaign(db, "lab")).report;
+  }
 
   test::TempFolder folder;
   store::Connection db = store::open(folder.file("t.db"), store::Access::create);
@@ -296,7 +298,7 @@ TEST_CASE("validation in an epoch that no fit has seen is told as that, and judg
       CHECK_FALSE(j.covered_pct);
     }
   }
-  const report::Report report = report::gather(db, store::require_campaign(db, "paper"));
+  const report::Report report = report::gather(db, store::require_campaign(db, "paper")).report;
   for (const report::ErrorTable& t : report.tables) {
     CHECK(t.improvement_pct.has_value() == (t.standing != Standing::unknown_epoch));
   }
@@ -412,7 +414,7 @@ TEST_CASE("a campaign that went through its files is judged alike, and leaves th
     for (const char* name : {"campaign.json", "readings.csv"}) {
       CHECK(read_text(out / name) == read_text(again / name));
     }
-    const report::Report there = report::gather(elsewhere, copy);
+    const report::Report there = report::gather(elsewhere, copy).report;
     for (const char* method : {"lsq", "idw"}) {
       INFO(method);
       std::vector<Said> measured = by_report(here, method);

@@ -70,6 +70,8 @@ TEST_CASE("another terminal pauses a session, resumes it in a new epoch, watches
     store::Connection db = store::open(measured.file, store::Access::read_only);
     return store::find_session(db, store::require_campaign(db, "c").id, "s")->n_ok;
   };
+  CHECK_THAT(measured.ask({"session", "status", "c"}).err,
+             Contains("next: trammel session resume c"));
   const int while_paused = points();
   CHECK(points() == while_paused);
   CHECK(measured.ask({"session", "resume", "c", "--session", "s"}).exit_code == 0);

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/terminal/counted.hpp"
+#include "app/terminal/decimals.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel::terminal;
@@ -38,4 +40,24 @@ TEST_CASE("JSON loses nothing where it is shown safely", "[terminal]") {
   const std::string shown = printable_json(given.dump());
   CHECK(shown == R"({"name":"a\u202eb\u009bc\u007f\u001b \u2028 µ \\u202e"})");
   CHECK(nlohmann::json::parse(shown) == given);
+}
+
+TEST_CASE("errors have four decimals, or as many as show two digits of a perfect reading",
+          "[terminal]") {
+  for (const auto& [least, decimals] : {std::pair{0.0125, 4},
+                                        {0.001, 4},
+                                        {0.00099, 5},
+                                        {0.0004, 5},
+                                        {0.00006, 6},
+                                        {1e-12, 9},
+                                        {0.0, 4}}) {
+    CAPTURE(least);
+    CHECK(decimals_of(least) == decimals);
+  }
+}
+
+TEST_CASE("one of a thing is not many", "[terminal]") {
+  CHECK(counted(1, "point") == "1 point");
+  CHECK(counted(std::size_t{0}, "point") == "0 points");
+  CHECK(counted(48, "reading") == "48 readings");
 }

@@ -36,8 +36,12 @@ export const scale = ['#440154', '#46327e', '#365c8d', '#277f8e', '#1fa187', '#4
 
 const text = { color: ink, fontSize: 12, fontFamily: 'system-ui, sans-serif' };
 
+// Okabe and Ito's colours, which the colour-blind tell apart, without the yellow that white swallows.
+const distinct = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#000000'];
+export const shapes = ['circle', 'triangle', 'rect', 'diamond', 'emptyCircle', 'emptyTriangle'];
+
 export const base = {
-  animation: false,
+  animation: false, color: distinct,
   textStyle: text,
   // Rich text is drawn: no name of a campaign can become markup.
   tooltip: { renderMode: 'richText', confine: true, textStyle: { fontSize: 12 } },
@@ -76,7 +80,7 @@ export function floorLine(value, words, unit) {
   if (value === null) return [];
   const lineStyle = { color: colours.floor, type: 'dashed', width: 1.5 };
   return [{
-    type: 'line', name: `${words} ${value.toFixed(4)} ${unit}`, data: [], symbol: 'none', lineStyle, itemStyle: { color: colours.floor },
+    type: 'line', name: `${words} ${fixed(value, unit)} ${unit}`, data: [], symbol: 'none', lineStyle, itemStyle: { color: colours.floor },
     // Else the library rounds the value to two decimals before it draws it.
     markLine: { precision: -1, silent: true, symbol: 'none', lineStyle, label: { show: false }, data: [{ yAxis: value }] },
   }];
@@ -120,7 +124,10 @@ export function wordsOn(colour) {
 
 // Words over marks.
 export const onWhite = { backgroundColor: 'rgba(255,255,255,0.75)', padding: [1, 2] };
-export const mm = (v) => `${v.toFixed(4)} mm`;
+let decimals = 4;  // of errors in mm, as the whole report has them
+export const setDecimals = (n) => { decimals = n; };
+export const fixed = (v, unit = 'mm') => v.toFixed(unit === 'mm' ? decimals : 4);
+export const mm = (v) => `${fixed(v)} mm`;
 // In the small unit: um for mm, mdeg for deg.
 export const kSmall = 1000;
 export const both = ['before', 'after'];

@@ -2,10 +2,10 @@
 import { circles, mechanism, nextPoints, plan } from './drawings.js';
 import { contest, network, sensitivity } from './fits.js';
 import { maps, surfaces } from './maps.js';
-import { byPoint, deviations, drift, histogram, simulated } from './points.js';
+import { along, byPoint, deviations, drift, histogram, simulated } from './points.js';
 import { effect, residuals, temperature, waterfall } from './story.js';
 
 export const kinds = {
-  maps, surfaces, mechanism, plan, 'next-points': nextPoints, circles, 'by-point': byPoint, histogram, simulated,
+  maps, along, surfaces, mechanism, plan, 'next-points': nextPoints, circles, 'by-point': byPoint, histogram, simulated,
   sensitivity, network, contest, waterfall, residuals, effect, temperature, deviations, drift,
 };

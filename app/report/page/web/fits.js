@@ -1,5 +1,5 @@
 // Shares, fits and methods.
-import { axis, base, both, colours, floorLine, ink, legendAbove, mm, onWhite, panels, panelTitle, polyline, wordsOn } from './chart.js';
+import { axis, base, both, colours, fixed, floorLine, ink, legendAbove, mm, onWhite, panels, panelTitle, polyline, wordsOn } from './chart.js';
 
 export function sensitivity(data, width) {
   const chains = [['#0b3c5d', '#1f6fb4', '#5b9bd5', '#8fbce6', '#b9d6f2', '#dbe9f8'], ['#7a3100', '#d95f02', '#f08a3c', '#f5a96b', '#f9c69b', '#fde3cd'],
@@ -72,7 +72,7 @@ export function contest(data, width) {
         { type: 'bar', name: 'before', data: data.bars.map((b) => b.before), itemStyle: { color: colours.pale, borderColor: colours.before }, barGap: '-100%', barWidth: '62%' },
         {
           type: 'bar', name: 'after', data: data.bars.map((b) => b.after), itemStyle: { color: colours.after }, barWidth: '62%', z: 3,
-          label: { show: !narrow, position: 'top', distance: 14, formatter: (p) => p.value.toFixed(4), color: ink, fontSize: 11, ...onWhite },
+          label: { show: !narrow, position: 'top', distance: 14, formatter: (p) => fixed(p.value), color: ink, fontSize: 11, ...onWhite },
         },
         { type: 'custom', name: whiskers, renderItem: whisker, z: 5, itemStyle: { color: ink },
           data: data.bars.map((b, i) => [i, b.low ?? b.after, b.high ?? b.after]), silent: true },

@@ -1,4 +1,5 @@
 // The top of the live page: how the session is doing, asked for again and again.
+import { mm } from './chart.js';
 import { element } from './dom.js';
 import { drawFlat, numbers } from './figure.js';
 
@@ -32,7 +33,6 @@ function facts(status) {
 function baseNests(looks) {
   const last = looks.at(-1);
   if (!last) return 'not looked at';
-  const mm = (v) => `${v.toFixed(4)} mm`;
   const judged = last.off ? ', beyond the gate' : last.moved ? ', more than chance' : '';
   return `${last.nest} moved ${mm(last.moved_mm)} after ${count(last.after, 'point')} (chance ${mm(last.chance_mm)})${judged}`;
 }

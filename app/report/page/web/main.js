@@ -1,4 +1,5 @@
 // Builds the page from its data.
+import { setDecimals } from './chart.js';
 import { element, tableOf } from './dom.js';
 import { addFigure, forgetFigures, redraw, reveal } from './figure.js';
 import { watch } from './live.js';
@@ -12,9 +13,25 @@ function addTable(parent, item) {
   parent.append(block);
 }
 
+// A sentence a fold: closed it takes one line, and the screen's end cuts it.
 function addSentences(parent, item) {
+  const fold = (line) => {
+    const made = element('details', { class: 'line' }, element('summary', {}, line));
+    made.open = true;
+    return made;
+  };
   parent.append(element('section', { id: item.id, class: 'sentences' }, element('h3', {}, item.title),
-    element('ul', {}, ...item.lines.map((line) => element('li', {}, line)))));
+    element('ul', {}, ...item.lines.map((line) => element('li', {}, fold(line))))));
+}
+
+const kScreen = 900;  // px: what decides ends above
+
+// Where what is told at length would not end on the first screen, the last of it is cut to a line each.
+function fitFirstScreen() {
+  const first = document.getElementById('section-verdict');
+  if (!first || innerWidth < 1000) return;
+  const end = () => Math.max(...[...first.children].map((e) => e.getBoundingClientRect().bottom)) + scrollY;
+  [...first.querySelectorAll('.line[open]')].reverse().forEach((line) => { if (end() > kScreen) line.open = false; });
 }
 
 function addFold(parent, item) {
@@ -46,8 +63,11 @@ function open(fold) {
   for (let at = fold; at; at = at.parentElement) if (at.tagName === 'DETAILS') at.open = true;
 }
 
+let fresh = true;  // a page just shown: what a reader opens stays open
+
 async function settle() {
   reveal();
+  if (fresh) { fresh = false; fitFirstScreen(); }
   while (!isIdle()) await new Promise((resolve) => { setTimeout(resolve, 20); });
   document.documentElement.dataset.state = 'done';
 }
@@ -55,6 +75,8 @@ async function settle() {
 function show(page) {
   contents.replaceChildren();
   main.replaceChildren();
+  fresh = true;
+  setDecimals(page.decimals_mm ?? 4);
   page.sections.forEach((s, k) => {
     const link = element('a', { href: `#section-${s.id}` }, s.title);
     link.addEventListener('click', () => open(document.getElementById(`section-${s.id}`)));

@@ -93,9 +93,11 @@ export function surfaces(data, width) {
   const low = { x: grid.x_mm, y: grid.y_mm };
   const high = { x: low.x + (grid.columns - 1) * grid.step_mm, y: low.y + (grid.rows - 1) * grid.step_mm };
   const small = { fontSize: 11, color: ink };
+  // Not at the ends, where an odd one lies over its neighbour and over the next axis' own.
+  const inner = (from, to) => ({ min: from, max: to, axisLabel: { textStyle: small, margin: 6, formatter: (v) => (v <= from || v >= to ? '' : plain(v)) } });
   const axis3 = (k, name, more) => ({
     type: 'value', grid3DIndex: k, name, nameTextStyle: { fontSize: 12, color: ink }, nameGap: 22,
-    axisLabel: { textStyle: small, margin: 6, formatter: plain }, axisLine: { lineStyle: { color: '#777', width: 1 } },
+    axisLine: { lineStyle: { color: '#777', width: 1 } },
     splitLine: { lineStyle: { color: '#ddd', width: 1 } }, splitNumber: 4, ...more,
   });
   return {
@@ -118,9 +120,9 @@ export function surfaces(data, width) {
         light: { main: { intensity: 1.0, shadow: false, alpha: 50, beta: 20 }, ambient: { intensity: 0.55 } },
         axisPointer: { show: false }, postEffect: { enable: false }, temporalSuperSampling: { enable: false },
       })),
-      xAxis3D: views.map((_, k) => axis3(k, 'x [mm]', { min: low.x, max: high.x })),
-      yAxis3D: views.map((_, k) => axis3(k, 'y [mm]', { min: low.y, max: high.y })),
-      zAxis3D: views.map((v, k) => axis3(k, '', { ...heights(v.max), axisLabel: { textStyle: small, margin: 6, formatter: (e) => (e < 0 ? '' : plain(e)) } })),
+      xAxis3D: views.map((_, k) => axis3(k, 'x [mm]', inner(low.x, high.x))),
+      yAxis3D: views.map((_, k) => axis3(k, 'y [mm]', inner(low.y, high.y))),
+      zAxis3D: views.map((v, k) => axis3(k, '', { ...heights(v.max), axisLabel: { textStyle: small, margin: 14, formatter: (e) => (e < 0 ? '' : plain(e)) } })),
       series: views.map((v, k) => ({
         type: 'surface', grid3DIndex: k, shading: 'lambert', dataShape: [grid.rows, grid.columns],
         wireframe: { show: true, lineStyle: { color: 'rgba(0,0,0,0.25)', width: 0.7 } },

@@ -1,5 +1,5 @@
 // What a figure shows, for who does not see it: its numbers as a table, and their ranges in a sentence.
-import { both } from './chart.js';
+import { both, kSmall } from './chart.js';
 import { binsOf } from './points.js';
 
 const at = (grid, k) => [grid.x_mm + (k % grid.columns) * grid.step_mm, grid.y_mm + Math.floor(k / grid.columns) * grid.step_mm];
@@ -9,6 +9,7 @@ const times = (rows) => [['point', 'x [mm]', 'y [mm]', 'phi [deg]', 'length [mm]
 const tables = {
   maps: (d) => [['target x [mm]', 'target y [mm]', 'before [mm]', 'after [mm]'],
     d.points.map((p) => [p[0], p[1], Math.hypot(p[2], p[3]), Math.hypot(p[5], p[6])])],
+  along: (d) => [[d.where, 'direction of travel', `before, ${d.what} [${d.unit}]`, `after, ${d.what} [${d.unit}]`], d.rows.map((r) => [r[0], r[1], r[2] * kSmall, r[3] * kSmall])],
   surfaces: (d) => [['x [mm]', 'y [mm]', `before, interpolated [${d.unit}]`, `after, interpolated [${d.unit}]`],
     d.grid.before.map((v, k) => [...at(d.grid, k), v, d.grid.after[k]]).filter((r) => r[2] !== null)],
   mechanism: (d) => [['chain', 'rail from x [mm]', 'from y [mm]', 'rail to x [mm]', 'to y [mm]', 'slider x [mm]', 'slider y [mm]', 'joint x [mm]', 'joint y [mm]'],
@@ -35,8 +36,8 @@ const tables = {
   drift: times,
 };
 
-// Numbers as the data have them: no more than five decimals are drawn.
-const shown = (v) => (typeof v === 'number' ? String(Number(v.toFixed(5))) : v);
+// Numbers as the data have them: five decimals, of what is smaller three digits.
+const shown = (v) => (typeof v === 'number' ? String(Number(Math.abs(v) < 0.001 ? v.toPrecision(3) : v.toFixed(5))) : v);
 
 export function numbersOf(item) {
   const [columns, rows] = tables[item.kind](item.data);

@@ -1,5 +1,5 @@
 // Errors in the order of points.
-import { axis, base, both, colours, floorLine, ink, kSmall, legendAbove, panels, panelTitle } from './chart.js';
+import { axis, base, both, colours, fixed, floorLine, ink, kSmall, legendAbove, panels, panelTitle, polyline } from './chart.js';
 
 export function byPoint(data, width) {
   const floor = floorLine(data.floor, 'mean of a perfect reading', data.unit);
@@ -13,7 +13,7 @@ export function byPoint(data, width) {
       series: [...both.map((side, k) => ({
         type: 'line', name: side, data: data[side].map((v, i) => [i + 1, v]), symbol: k === 0 ? 'emptyCircle' : 'circle',
         symbolSize: width < 500 ? 3 : 5, lineStyle: { width: 1, color: colours[side] }, itemStyle: { color: colours[side] },
-        tooltip: { formatter: (p) => `${data.targets[p.dataIndex]}\n${side}: ${p.value[1].toFixed(4)} ${data.unit}` },
+        tooltip: { formatter: (p) => `${data.targets[p.dataIndex]}\n${side}: ${fixed(p.value[1], data.unit)} ${data.unit}` },
       })), ...floor],
       tooltip: { ...base.tooltip, trigger: 'item' },
     },
@@ -38,6 +38,37 @@ export function simulated(data, width) {
         symbol: s === 0 ? 'emptyCircle' : 'circle', symbolSize: 4, lineStyle: { width: 1, color: colour }, itemStyle: { color: colour },
       }))),
       tooltip: { ...base.tooltip, trigger: 'axis' },
+    },
+  };
+}
+
+// Along one line, where targets stand on one: each side on its own scale, and of a single axis each
+// direction of approach apart.
+export function along(data, width) {
+  const looks = [[1, 'positive travel', '#1b9e77', 'triangle', 'solid'], [-1, 'negative travel', '#7570b3', 'emptyCircle', 'dashed'], [0, 'as it came', ink, 'circle', 'solid']]
+    .filter(([direction]) => data.rows.some((r) => r[1] === direction));
+  const { legend, top } = legendAbove(looks.map((look) => look[1]), width);
+  const { boxes, height } = panels(width, 2, { least: 250, ratio: 0.8, left: 60, above: top });
+  const of = (direction, side) => data.rows.filter((r) => r[1] === direction).map((r) => [r[0], r[2 + side] * kSmall]);
+  const means = (points) => {
+    const found = new Map();
+    points.forEach(([x, e]) => found.set(x, [...(found.get(x) ?? []), e]));
+    return [...found].map(([x, all]) => [x, all.reduce((sum, e) => sum + e, 0) / all.length]).sort((a, b) => a[0] - b[0]);
+  };
+  return {
+    height,
+    option: {
+      ...base, legend, grid: boxes, title: both.map((side, k) => panelTitle(boxes[k], side)),
+      xAxis: both.map((_, k) => axis(data.where, { gridIndex: k, splitNumber: 4 })),
+      yAxis: both.map((_, k) => axis(`${data.what} [${data.unit}]`, { gridIndex: k, nameGap: 40, splitNumber: 5 })),
+      series: both.flatMap((_, k) => looks.flatMap(([direction, name, colour, symbol, type]) => {
+        const points = of(direction, k), on = { name, xAxisIndex: k, yAxisIndex: k };
+        return [
+          { type: 'scatter', ...on, data: points, symbol, symbolSize: 7, itemStyle: { color: colour, opacity: 0.75 },
+            tooltip: { formatter: (p) => `${data.where} ${p.value[0]}\n${name}: ${+p.value[1].toFixed(3)} ${data.unit}` } },
+          polyline(means(points), colour, 1.5, { ...on, lineStyle: { color: colour, width: 1.5, type } })];
+      })),
+      tooltip: { ...base.tooltip, trigger: 'item' },
     },
   };
 }
@@ -107,7 +138,7 @@ function recent(rows, width, nameOf) {
         type: 'line', name, data: rows.map((r) => r[key]), symbol, symbolSize: 6, yAxisIndex: key === 'phi_deg' ? 1 : 0,
         lineStyle: { width: 1.2, color: colour, type: key === 'phi_deg' ? 'dashed' : 'solid' }, itemStyle: { color: colour },
       })),
-      tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => v.toFixed(4) },
+      tooltip: { ...base.tooltip, trigger: 'axis', valueFormatter: (v) => fixed(v) },
     },
   };
 }

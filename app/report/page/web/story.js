@@ -1,8 +1,5 @@
 // The gap, the residuals, the conditions.
-import { axis, base, colours, floorLine, ink, legendAbove, mm, onWhite, panels, panelTitle, polyline } from './chart.js';
-
-// Four decimals, or three digits where that shows none: a stage of micrometres.
-const digits = (v) => (v === 0 || Math.abs(v) >= 0.01 ? v.toFixed(4) : String(Number(v.toPrecision(3))));
+import { axis, base, colours, fixed, floorLine, ink, legendAbove, mm, onWhite, panels, panelTitle, polyline, shapes } from './chart.js';
 
 export function waterfall(data, width) {
   const sets = [['fitted', 'fitted (in-sample)', colours.fitted, colours.palest], ['unseen', 'unseen (held-out)', colours.unseen, colours.pale]]
@@ -11,7 +8,7 @@ export function waterfall(data, width) {
   sets.forEach(([key, name, full, pale]) => {
     series.push({
       type: 'bar', stack: key, name, data: data.steps.map((s) => s[key]), itemStyle: { color: full },
-      label: { show: width > 500, position: 'top', distance: 3, formatter: (p) => (typeof p.value === 'number' ? digits(p.value) : ''), color: ink, fontSize: 11, ...onWhite },
+      label: { show: width > 500, position: 'top', distance: 3, formatter: (p) => (typeof p.value === 'number' ? fixed(p.value) : ''), color: ink, fontSize: 11, ...onWhite },
       z: 3,
     });
     series.push({
@@ -122,7 +119,7 @@ export function temperature(data, width) {
     option: {
       ...base, legend, grid: { left: 58, right: 18, top, bottom: 44 },
       xAxis: axis('time since the start [h]'), yAxis: axis('temperature [degC]', { nameGap: 42 }),
-      series: data.sessions.map((s) => ({ type: 'scatter', name: s.name, data: s.points, symbolSize: 3 })),
+      series: data.sessions.map((s, k) => ({ type: 'scatter', name: s.name, data: s.points, symbol: shapes[k % shapes.length], symbolSize: 5 })),
       tooltip: { ...base.tooltip, trigger: 'item', formatter: (p) => `${p.value[0].toFixed(2)} h: ${p.value[1].toFixed(2)} degC` },
     },
   };

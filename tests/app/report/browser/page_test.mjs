@@ -42,6 +42,13 @@ async function makeCampaigns() {
   await importHostile();
   await trammel('demo', 'demo', '--db', join(folder, 'trammel.db'));
   await trammel('report', 'paper', '--html', 'paper.html');
+  for (const method of ['geometry', 'gp', 'hybrid', 'contest']) await trammel('calibrate', method, 'paper');
+  await trammel('report', 'paper', '--html', 'eight.html');
+  await trammel('template', 'machine', 'x', '--out', 'x.json');
+  await trammel('plan', 'create', 'rail', '--travel', '140', '--targets', '7', '--runs', '3', '--mechanism', 'x.json', '--out', 'runs.json');
+  await trammel('session', 'run', 'axis', '--plan', 'runs.json', '--stage', `sim:${join(root, 'examples/one-axis/robot.json')}`);
+  await trammel('calibrate', 'geometry', 'axis');
+  await trammel('report', 'axis', '--html', 'axis.html');
 }
 
 before(async () => {
@@ -320,6 +327,44 @@ test('every figure of the demo draws on a wide window, a narrow one and on paper
   everyFigureDrew(await page.ask(kFigures));
   assert.deepEqual(await page.ask(kOverlaps), []);
   assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
+  await undisturbed(page);
+  await page.close();
+});
+
+test('with eight methods the first screen still ends at 900 px, and paper takes 12 pages at most', async () => {
+  const page = await open('eight.html', 1280, 900);
+  const first = await page.ask(kFirstScreen);
+  for (const what of ['table', 'named', 'picture', 'warnings']) assert.ok(first[what] > 100 && first[what] <= 900, JSON.stringify(first));
+  assert.ok(await page.ask("document.querySelectorAll('#before-after tbody tr').length") >= 9);
+  assert.ok(await page.ask('document.documentElement.scrollWidth <= document.documentElement.clientWidth'));
+  // No alarm that the table belies, and no claim of its title that a row belies: some are predicted.
+  assert.doesNotMatch(await page.ask("document.getElementById('warnings').textContent"), /nothing of these readings is held out/);
+  assert.doesNotMatch(await page.ask("document.querySelector('#before-after h3').textContent"), /measured again|predicted/);
+  // Every warning stands there, cut to a line where there is no room for more, whole once it is opened, and on paper.
+  const lines = await page.ask("[...document.querySelectorAll('#warnings .line')].map((l) => [l.open, l.getBoundingClientRect().height, l.textContent.length])");
+  assert.ok(lines.length > 8 && lines.every(([, height]) => height > 8), JSON.stringify(lines));
+  assert.ok(lines.some(([open]) => !open));
+  await page.ask("document.querySelectorAll('#warnings .line').forEach((l) => { l.open = true; })");
+  await page.ask('new Promise((resolve) => { setTimeout(resolve, 300); })');
+  assert.equal(await page.ask("document.querySelectorAll('#warnings .line:not([open])').length"), 0);  // what is opened stays so
+  assert.ok((await page.ask(kFirstScreen)).warnings > 900);  // so the test sees what is too long
+  const pages = (await page.paper()).toString('latin1').match(/\/Type\s*\/Page\b/g).length;
+  assert.ok(pages >= 2 && pages <= 12, `${pages} pages`);
+  await page.close();
+});
+
+test('a single axis has its error over position in both directions, and says nothing twice', async () => {
+  const page = await open('axis.html', 1280, 900);
+  const [headline] = (await page.ask(kFigures)).filter((f) => f.id === 'headline');
+  assert.equal(headline.kind, 'along');
+  assert.equal(headline.state, 'drawn');
+  for (const words of ['positive travel', 'negative travel', 'measured - target [um]', 'x [mm]']) assert.ok(headline.words.includes(words), headline.words);
+  await unfold(page);
+  everyFigureDrew(await page.ask(kFigures));
+  const absent = await page.ask("[...document.querySelectorAll('.absent')].map((e) => e.textContent)");
+  assert.equal(new Set(absent).size, absent.length, absent.join('\n'));
+  await page.resize(420, 800);
+  assert.deepEqual(await page.ask(kOverlaps), []);
   await undisturbed(page);
   await page.close();
 });
