@@ -256,7 +256,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
   n.mean = average(n.library, family_of(n.library, n.best, n.all));
   name_effects(w, n);
   n.unnamed = best_unnamed(n.space, n.library, n.best, w.shapes, n.unnamed_score);
-  n.alike = look_alikes(n.space, n.library, n.best, w.campaign.readings);
+  n.alike = look_alikes(n.space, n.library, n.best, *w.history);
   if (const auto findings = objections(w, n); !findings.empty()) {
     leave_unexplained(w, findings);
     add_unexplained_tie(w, n.space, n.library, n.best, ties);

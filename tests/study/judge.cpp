@@ -106,7 +106,7 @@ Judgement::Mark mark_of(const HiddenCase& c, const Diagnosis& d, Expected expect
 }
 
 void compare_values(const HiddenCase& c, const Diagnosis& d, Judgement& judged) {
-  auto hidden = parameters_of(c.truth);
+  auto hidden = parameters_of(c.truth, c.beyond);
   std::erase_if(hidden, [](const auto& entry) { return entry.second == 0; });
   std::map<std::string, const NamedParameter*> told;
   for (const NamedEffect& e : d.effects) {
