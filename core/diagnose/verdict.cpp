@@ -222,7 +222,15 @@ void add_possible(Work& w, const Naming& n) {
     const bool named =
         std::ranges::find(n.best.effects, static_cast<int>(e)) != n.best.effects.end();
     if (named || n.mean.probability[e] < kPossible) continue;
-    w.out.may_also_hold.push_back({effect_catalogue()[e].name, n.mean.probability[e]});
+    const Effect& effect = effect_catalogue()[e];
+    Possible possible{effect.name, n.mean.probability[e]};
+    for (int k = 0; k < std::ssize(effect.parameters); ++k) {
+      const auto column = column_of(n.library, static_cast<int>(e), k);
+      if (!column) continue;
+      const EffectParameter& about = effect.parameters[static_cast<std::size_t>(k)];
+      possible.parameters.push_back({about.name, about.unit, 0, n.mean.std_about(*column, 0)});
+    }
+    w.out.may_also_hold.push_back(std::move(possible));
   }
   std::ranges::stable_sort(w.out.may_also_hold, std::greater{}, &Possible::probability);
 }

@@ -469,7 +469,9 @@ HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t
   return make_case(design, hidden, rho, seed);
 }
 
-std::map<std::string, double> parameters_of(const simulate::Truth& t, const Beyond& b) {
+std::map<std::string, double> parameters_of(const HiddenCase& hidden) {
+  const simulate::Truth& t = hidden.truth;
+  const Beyond& b = hidden.beyond;
   std::map<std::string, double> all;
   for (int i = 0; i < kChains; ++i) {
     const std::string n = std::to_string(i + 1);

@@ -72,7 +72,7 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
 const Family& family(const std::string& name);
 
 /// What was hidden, in the words of a report ("backlash w_1"), in their units; 0 where nothing was.
-std::map<std::string, double> parameters_of(const simulate::Truth& truth, const Beyond& beyond);
+std::map<std::string, double> parameters_of(const HiddenCase& hidden);
 
 /// How a machine of this kind is measured: a UVW stage of +-5 mm on a thirtieth of the paper's
 /// square by an instrument of 0.5 um, others as the paper's.

@@ -24,7 +24,8 @@ Taken taken(const HiddenCase& hidden) {
   const Library library = make_library(space);
   const auto all = search(library, 1);
   REQUIRE_FALSE(all.empty());
-  return {all.front(), look_alikes(space, library, all.front(), hidden.campaign.readings)};
+  return {all.front(), look_alikes(space, library, all.front(),
+                                   History(hidden.campaign.machine, hidden.campaign.readings))};
 }
 
 }  // namespace
