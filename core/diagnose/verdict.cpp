@@ -216,21 +216,24 @@ void add_rivals(Work& w, const Naming& n, std::vector<Tie>& ties) {
   }
 }
 
-/// What the average over sets says beside the named ones.
+/// What the average over sets says beside the named ones: other effects, and their other rails.
 void add_possible(Work& w, const Naming& n) {
   for (std::size_t e = 0; e < n.mean.probability.size(); ++e) {
-    const bool named =
-        std::ranges::find(n.best.effects, static_cast<int>(e)) != n.best.effects.end();
-    if (named || n.mean.probability[e] < kPossible) continue;
     const Effect& effect = effect_catalogue()[e];
-    Possible possible{effect.name, n.mean.probability[e]};
+    const auto named = std::ranges::find(w.out.effects, effect.name, &NamedEffect::name);
+    Possible possible{effect.name, 0};
     for (int k = 0; k < std::ssize(effect.parameters); ++k) {
-      const auto column = column_of(n.library, static_cast<int>(e), k);
-      if (!column) continue;
       const EffectParameter& about = effect.parameters[static_cast<std::size_t>(k)];
+      const auto column = column_of(n.library, static_cast<int>(e), k);
+      const bool told = named != w.out.effects.end() &&
+                        std::ranges::find(named->parameters, about.name, &NamedParameter::name) !=
+                            named->parameters.end();
+      if (!column || told) continue;
+      possible.probability = std::max(possible.probability, n.mean.presence[*column]);
       possible.parameters.push_back({about.name, about.unit, 0, n.mean.std_about(*column, 0)});
     }
-    w.out.may_also_hold.push_back(std::move(possible));
+    if (named == w.out.effects.end()) possible.probability = n.mean.probability[e];
+    if (possible.probability >= kPossible) w.out.may_also_hold.push_back(std::move(possible));
   }
   std::ranges::stable_sort(w.out.may_also_hold, std::greater{}, &Possible::probability);
 }
