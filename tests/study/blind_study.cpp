@@ -31,6 +31,7 @@ struct Kind {
   double rho = 0;
   bool mixed = false;  // design, effects and size are drawn for every campaign
   std::optional<ForeignDesign> foreign = {};
+  std::size_t effects = 0;  // of the catalogue, which and of what size by chance
 };
 
 std::vector<Kind> clean_kinds() {
@@ -137,7 +138,24 @@ std::vector<Kind> kinds() {
   for (const Kind& kind : kinds_of_machines()) all.push_back(kind);
   all.push_back({"outliers", {.outliers = 4}, {}});
   all.push_back({"mixed", {}, {}, 0, true});
+  for (const std::size_t n : {1U, 2U, 3U}) {
+    all.push_back({std::to_string(n) + " of the catalogue", {}, {}, 0, true});
+    all.back().effects = n;
+  }
   return all;
+}
+
+/// Effects of the catalogue that nobody chose, on the rich design.
+Kind draw(std::size_t effects, std::uint64_t seed) {
+  constexpr std::uint64_t kKnown = 9;  // the first families but tracker_scale
+  Random random = Random::stream(seed, "effects");
+  Kind k;
+  k.rho = std::exp(random.uniform(std::log(9), std::log(28)));
+  while (k.hidden.size() < effects) {
+    const std::string& name = families()[random.below(kKnown)].name;
+    if (std::ranges::find(k.hidden, name) == k.hidden.end()) k.hidden.push_back(name);
+  }
+  return k;
 }
 
 /// A campaign nobody chose: design, effects and their size by chance.
@@ -255,7 +273,9 @@ int main(int argc, char** argv) {
     const auto work = [&] {
       for (int i = next++; i < first + cases; i = next++) {
         const std::uint64_t own = mix(seed, kind.name, static_cast<std::uint64_t>(i));
-        const Kind drawn = kind.mixed ? draw(own) : kind;
+        const Kind drawn = kind.effects > 0 ? draw(kind.effects, own)
+                           : kind.mixed     ? draw(own)
+                                            : kind;
         const HiddenCase c = make(drawn, own);
         DiagnoseOptions options;
         options.threads = 1;
