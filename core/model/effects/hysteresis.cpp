@@ -7,8 +7,8 @@ namespace trammel {
 /// play operator of radius r along the path (history.hpp)
 Effect hysteresis() {
   auto parameters = one_per_rail("v", "mm", 0.1);
-  parameters.push_back({"r_least", "mm", -1, 50, 1, false, On::choice});
-  parameters.push_back({"r_largest", "mm", -1, 50, 1, false, On::choice});
+  parameters.push_back({"r_least", "mm", -1, 64, 1, false, On::choice});
+  parameters.push_back({"r_largest", "mm", -1, 64, 1, false, On::choice});
   return {
       .name = "hysteresis",
       .sentence =

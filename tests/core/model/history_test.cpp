@@ -71,8 +71,9 @@ TEST_CASE("the temperature behind a lag is the exact filter's, in any step", "[m
     for (const std::size_t i : {std::size_t{10}, std::size_t{120}, std::size_t{399}}) {
       const double t = *path[i].conditions.time_s;
       // tau dF/dt = T - F with T = 20 + a (1 - exp(-t / b)), F(0) = 20
-      const double F = 20 + rise * (1 - (tau_s * std::exp(-t / tau_s) - lag_s * std::exp(-t / lag_s)) /
-                                            (tau_s - lag_s));
+      const double F =
+          20 + rise * (1 - (tau_s * std::exp(-t / tau_s) - lag_s * std::exp(-t / lag_s)) /
+                               (tau_s - lag_s));
       CHECK_THAT(history.late_degc(path[i].conditions, lag_s), WithinAbs(F, 1e-3 * rise));
     }
     Conditions between = path[7].conditions;
