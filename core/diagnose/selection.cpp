@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -127,54 +126,6 @@ double most_they_can_score(const Library& library,
   }
   const auto c = solve(library, every);
   return c ? c->gain - price : INFINITY;
-}
-
-/// Choices of an effect's units that a set may hold: any of its rails, or all with one value.
-double choices_of(const Library& library, int effect) {
-  const double rails = units_per_effect(library, effect);
-  const bool common = std::ranges::any_of(
-      library.units, [&](const Unit& u) { return u.effect == effect && u.common; });
-  return std::exp2(rails) - 1 + (common ? 1 : 0);
-}
-
-/// Twice the log of a set's marginal likelihood where the size of each of its effects is not known
-/// beforehand: v ~ N(0, t^2), t of each effect as the readings have it, at most the usual range
-/// (empirical Bayes: George & Foster 2000). A choice of rails shares the presence of its effect.
-double weight_of_any_size(const Library& library, const Candidate& c) {
-  const auto n = c.values.size();
-  std::vector<int> columns, effects;
-  std::map<int, std::pair<double, int>> size;  // of each effect, in usual ranges
-  for (const int u : c.units) {
-    const Unit& unit = library.units[static_cast<std::size_t>(u)];
-    for (const int column : unit.columns) {
-      const double ratio = c.values[std::ssize(columns)] / library.usual_max[column];
-      size[unit.effect].first += ratio * ratio;
-      size[unit.effect].second += 1;
-      columns.push_back(column);
-      effects.push_back(unit.effect);
-    }
-  }
-  Eigen::VectorXd t(n), b(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int ci = columns[static_cast<std::size_t>(i)];
-    const auto& [squares, count] = size[effects[static_cast<std::size_t>(i)]];
-    t[i] = library.usual_max[ci] * std::min(1.0, std::sqrt(squares / count));
-    b[i] = t[i] * library.moment[ci];
-  }
-  Eigen::MatrixXd A(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      A(i, j) = (i == j ? 1 : 0) + t[i] * t[j] *
-                                       library.gram(columns[static_cast<std::size_t>(i)],
-                                                    columns[static_cast<std::size_t>(j)]);
-    }
-  }
-  const Cholesky factor(std::move(A));
-  if (!factor.ok()) return -INFINITY;
-  double weight = b.dot(factor.solve(b)) - factor.log_determinant();
-  for (const auto& [effect, of] : size)
-    weight -= kPriceOfPresence + 2 * std::log(choices_of(library, effect));
-  return weight - (c.usual ? 0 : kPriceOfImpossible);
 }
 
 std::vector<int> with_units(std::vector<int> units, const std::vector<int>& added) {
@@ -361,13 +312,11 @@ std::vector<Candidate> family_of(const Library& library, const Candidate& best,
   double highest = best.weight;
   for (const Candidate& c : all) highest = std::max(highest, c.weight);
   for (const Candidate& c : all) {
-    const double weight = std::max(c.weight, weight_of_any_size(library, c));
-    if (c.usual && std::max(c.score, weight) >= highest - kFamily) sets.push_back(c.effects);
+    if (c.usual && std::max(c.score, c.weight) >= highest - kFamily) sets.push_back(c.effects);
   }
   std::vector<Candidate> family;
   const auto keep = [&](const std::vector<int>& units) {
     auto c = solve(library, units);
-    if (c && c->usual) c->weight = std::max(c->weight, weight_of_any_size(library, *c));
     if (c && c->usual && c->weight >= highest - kFamily) family.push_back(*std::move(c));
   };
   const bool searched = best.effects.size() <= kMostSearched;

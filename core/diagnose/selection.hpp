@@ -93,7 +93,7 @@ std::vector<Candidate> family_of(const Library& library, const Candidate& best,
 inline constexpr std::size_t kMostSearched = 3;
 inline constexpr double kFamily = 13.8;  // 2 ln 1000: rarer ones move no average
 inline constexpr double kPriceOfPresence =
-    1.7;  // 2 ln (7 / 3): up to three effects of ten, not one in 850
+    3.8;  // 2 ln 7: one or two effects of ten, not one in 850
 
 /// Sets in which one effect of `best` is replaced by another whose span holds its whole fitted
 /// signal, all but 4 in chi^2: the readings do not carry the difference, whatever the number of
