@@ -98,7 +98,8 @@ std::array<bool, kChains> directed_rails(const RobotModel& robot) {
       continue;
     }
     for (std::size_t k = 0; k < effect.parameters.size(); ++k) {
-      if (active.values[static_cast<Eigen::Index>(k)] == 0) continue;
+      if (active.values[static_cast<Eigen::Index>(k)] == 0 || is_shape(effect, static_cast<int>(k)))
+        continue;
       const int rail = effect.parameters[k].rail;
       if (rail < 0) {
         const int n = robot.nominal.kind->n_chains;

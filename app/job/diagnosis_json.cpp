@@ -84,17 +84,21 @@ Json audit_json(const std::vector<AuditRow>& audit) {
   return rows;
 }
 
+Json parameters_json(const std::vector<NamedParameter>& parameters) {
+  Json all = Json::array();
+  for (const NamedParameter& p : parameters) {
+    all.push_back({{"name", p.name}, {"value", p.value}, {"std", p.std}, {"unit", p.unit}});
+    if (p.unusual) all.back()["unusual"] = true;
+  }
+  return all;
+}
+
 Json effects_json(const std::vector<NamedEffect>& effects) {
   Json all = Json::array();
   for (const NamedEffect& e : effects) {
     Json json = {
         {"name", e.name}, {"rails", e.rails}, {"share_of_gap", e.share_of_gap}, {"p", e.p}};
-    json["parameters"] = Json::array();
-    for (const NamedParameter& p : e.parameters) {
-      Json parameter = {{"name", p.name}, {"value", p.value}, {"std", p.std}, {"unit", p.unit}};
-      if (p.unusual) parameter["unusual"] = true;
-      json["parameters"].push_back(std::move(parameter));
-    }
+    json["parameters"] = parameters_json(e.parameters);
     if (!e.seqs.empty()) json["seq"] = e.seqs;
     if (e.name != "outlier_readings") json["sentence"] = e.sentence;
     all.push_back(std::move(json));
@@ -125,7 +129,9 @@ Json suspicious_json(const std::vector<FarReading>& readings) {
 Json possible_json(const std::vector<Possible>& effects) {
   Json all = Json::array();
   for (const Possible& e : effects) {
-    all.push_back({{"name", e.name}, {"probability", e.probability}});
+    all.push_back({{"name", e.name},
+                   {"probability", e.probability},
+                   {"parameters", parameters_json(e.parameters)}});
   }
   return all;
 }

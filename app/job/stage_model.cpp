@@ -15,6 +15,7 @@
 #include "core/judge/deviation.hpp"
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/noise.hpp"
+#include "core/model/history.hpp"
 #include "core/plane/blocks.hpp"
 #include "core/statistics/interval.hpp"
 #include "core/statistics/summary.hpp"
@@ -51,6 +52,7 @@ std::size_t n_drives(const Campaign& campaign) {
 /// Where the fit starts: nominal, with the effects that are to be fitted.
 RobotModel start_model(const Campaign& campaign, const Json& parameters, StageResult& out) {
   RobotModel model = nominal_model(campaign.machine);
+  model.history = std::make_shared<History>(campaign.machine, campaign.readings);
   for (const Json& name : parameters["effects"]) {
     if (name == kDiagnosed) {
       const Diagnosis diagnosis = diagnose(campaign);
@@ -60,8 +62,7 @@ RobotModel start_model(const Campaign& campaign, const Json& parameters, StageRe
     }
     const Effect& effect = find_effect(name.get<std::string>());
     require_effect(effect, campaign.machine);
-    Eigen::VectorXd values =
-        Eigen::VectorXd::Zero(static_cast<Eigen::Index>(effect.parameters.size()));
+    Eigen::VectorXd values = usual_shapes(effect);
     for (Eigen::Index k = 0; k < values.size(); ++k) {
       if (!exists(effect, static_cast<int>(k), campaign.machine)) continue;
       values[k] = kSeed * effect.parameters[static_cast<std::size_t>(k)].usual_max;

@@ -200,6 +200,11 @@ std::vector<std::string> idle_effects(const RobotModel& robot, bool has_temperat
                                       bool has_time) {
   std::vector<std::string> idle;
   for (const ActiveEffect& active : robot.effects) {
+    if (active.effect->recall != nullptr && robot.history == nullptr) {
+      idle.push_back("what " + active.effect->name +
+                     " remembers of a campaign: temperatures are taken to be steady, and moves to "
+                     "be long unless they are given");
+    }
     for (const Need need : active.effect->needs) {
       if (need == Need::temperature && !has_temperature) {
         idle.push_back(active.effect->name + " needs a temperature");

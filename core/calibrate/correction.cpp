@@ -47,7 +47,7 @@ Machine with_geometry(const NominalMachine& machine, const Geometry& geometry) {
 
 constexpr int kMaxSteps = 40;         // a bound: it ends where the target is reached
 constexpr double kReached = 1e-10;    // mm, and rad times the platform's size
-constexpr double kDirectionMm = 1.0;  // any length: a direction is a sign
+constexpr double kDirectionMm = 1e6;  // so long that what shorter moves leave has faded
 constexpr double kPhiLengthMm = 100;  // what a turn moves at this arm
 
 Conditions conditions_of(const Move& move, const Displacements& cmd, const Eigen::Vector3d& dir) {

@@ -39,7 +39,7 @@ DesignModel design_model(const NominalMachine& machine, const TrackerSigma& sigm
     require_effect(effect, machine.machine());
     const auto n = static_cast<int>(effect.parameters.size());
     const auto owner = static_cast<int>(design.model.effects.size());
-    design.model.effects.push_back({&effect, Eigen::VectorXd::Zero(n)});
+    design.model.effects.push_back({&effect, usual_shapes(effect)});
     for (int k = 0; k < n; ++k) {
       const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
       if (!exists(effect, k, machine.machine())) continue;

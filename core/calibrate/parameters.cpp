@@ -1,5 +1,7 @@
 #include "core/calibrate/parameters.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "core/units.hpp"
@@ -54,8 +56,15 @@ std::vector<FreeParameter> base_parameters(const Machine& nominal,
 void add_effect_parameters(std::vector<FreeParameter>& parameters, const RobotModel& model) {
   for (std::size_t owner = 0; owner < model.effects.size(); ++owner) {
     const ActiveEffect& active = model.effects[owner];
+    const auto carries = [&active](int k) {
+      return active.values[k] != 0 && !is_shape(*active.effect, k);
+    };
+    bool any = false;  // else its shape changes nothing
+    for (int k = 0; k < active.values.size(); ++k) any = any || carries(k);
     for (int k = 0; k < active.values.size(); ++k) {
-      if (active.values[k] == 0) continue;
+      const bool free =
+          active.effect->parameters[static_cast<std::size_t>(k)].on == On::shape ? any : carries(k);
+      if (!free) continue;
       const EffectParameter& p = active.effect->parameters[static_cast<std::size_t>(k)];
       parameters.push_back({FreeParameter::Kind::effect, static_cast<int>(owner), k, p.usual_max,
                             active.effect->name + " " + p.name, p.unit});
@@ -87,7 +96,11 @@ RobotModel moved(RobotModel model, const std::vector<FreeParameter>& parameters,
       Pose& frame = model.epochs[p.owner].frame;
       frame = Pose::from(frame.vector() + d * Eigen::Vector3d::Unit(p.index));
     } else {
-      model.effects[static_cast<std::size_t>(p.owner)].values[p.index] += d;
+      ActiveEffect& active = model.effects[static_cast<std::size_t>(p.owner)];
+      double& value = active.values[p.index];
+      // a length or time stays positive, and no step takes it farther than e-fold
+      value = is_shape(*active.effect, p.index) ? value * std::exp(std::clamp(d / value, -1.0, 1.0))
+                                                : value + d;
     }
   }
   return model;
@@ -103,8 +116,9 @@ Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParam
     if (p.kind == FreeParameter::Kind::geometry) {
       d = at.J_e.col(p.index);
     } else if (p.kind == FreeParameter::Kind::effect) {
-      const Effect& effect = *model.effects[static_cast<std::size_t>(p.owner)].effect;
-      if (recorded(effect, at.moment)) d = response(at, effect.basis(at.moment, p.index));
+      const ActiveEffect& active = model.effects[static_cast<std::size_t>(p.owner)];
+      if (recorded(*active.effect, at.moment))
+        d = response(at, derivative_of(model, active, conditions, at.moment, p.index));
     } else if (p.owner == conditions.epoch) {
       if (p.kind == FreeParameter::Kind::epoch_zero) {
         d = at.J_e.col(at.columns->zero[static_cast<std::size_t>(p.index)]);

@@ -21,7 +21,9 @@ struct Signals {
 Signals signals_of(const Effect& effect, const ResidualSpace& space) {
   Signals s;
   s.raw.resize(space.rows(), static_cast<Eigen::Index>(effect.parameters.size()));
+  s.raw.setZero();
   for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k) {
+    if (is_shape(effect, k)) continue;
     s.raw.col(k) =
         effect.parameters[static_cast<std::size_t>(k)].usual_max *
         whitened_signal(space, [&](const Reading&, const Moment& m) { return effect.basis(m, k); });

@@ -23,7 +23,7 @@ double Average::std_about(int column, double reported) const {
 Average average(const Library& library, const std::vector<Candidate>& family) {
   Average mean;
   mean.probability.assign(effect_catalogue().size(), 0);
-  mean.value = mean.square = Eigen::VectorXd::Zero(library.gram.cols());
+  mean.presence = mean.value = mean.square = Eigen::VectorXd::Zero(library.gram.cols());
   double total = 0;
   for (const Candidate& c : family) {
     const double weight = std::exp(0.5 * (c.weight - family.front().weight));
@@ -35,6 +35,7 @@ Average average(const Library& library, const std::vector<Candidate>& family) {
       for (std::size_t i = 0; i < unit.parameters.size(); ++i) {
         const auto at = first + static_cast<Eigen::Index>(unit.column_at(i));
         const int column = *column_of(library, unit.effect, unit.parameters[i]);
+        mean.presence[column] += weight;
         mean.value[column] += weight * c.values[at];
         mean.square[column] += weight * (c.values[at] * c.values[at] + c.std[at] * c.std[at]);
       }
@@ -42,6 +43,7 @@ Average average(const Library& library, const std::vector<Candidate>& family) {
     }
   }
   for (double& p : mean.probability) p /= total;
+  mean.presence /= total;
   mean.value /= total;
   mean.square /= total;
   return mean;

@@ -17,6 +17,7 @@ namespace trammel {
 /// names rare, would state it too certain.
 struct Average {
   std::vector<double> probability;  // of each effect of the catalogue: weight of the sets with it
+  Eigen::VectorXd presence;         // the same of each column of single units
   Eigen::VectorXd value, square;    // E v and E v^2 of each column of single units; 0 where absent
   /// Root mean square distance of the truth from `reported`: choice of the set and noise together.
   [[nodiscard]] double std_about(int column, double reported) const;

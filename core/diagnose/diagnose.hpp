@@ -73,10 +73,12 @@ struct NamedEffect {
   std::string sentence;     // what it does on these rails, in the machine's words
 };
 
-/// An effect outside the named set that the average over sets does not rule out.
+/// An effect outside the named set, or rails of a named one outside those it was named on, that the
+/// average over sets does not rule out.
 struct Possible {
   std::string name;
-  double probability = 0;  // weight of the sets that hold it
+  double probability = 0;                       // weight of the sets that hold it
+  std::vector<NamedParameter> parameters = {};  // as the model has it: 0 +- what the average adds
 };
 inline constexpr double kPossible = 0.02;
 inline constexpr double kSure = 0.95;  // probability below which a named effect is not `explained`

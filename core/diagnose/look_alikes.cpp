@@ -25,6 +25,7 @@ struct Pretender {
   double rarity = kEvidence20To1;  // 2 ln of how much rarer than the effect
   bool always = false;             // tested even where nothing tells it apart
   bool positive = false;           // its one column has no other sign
+  ActiveEffect shape = {};         // with a name in the catalogue
 };
 
 Deviation along(int rail, double dl_mm) {
@@ -35,127 +36,53 @@ Deviation along(int rail, double dl_mm) {
 
 std::string length(double mm) { return std::to_string(static_cast<int>(mm)) + " mm"; }
 
-/// A value for each row of the path and each rail, by seq.
-using AlongPath = std::map<int, Displacements>;
-
-/// F of the play operator of a radius after a reading's last move.
-Displacements follow(Displacements F, const Conditions& c, double radius_mm) {
-  for (const Displacements& l : {c.from_mm, c.cmd_mm}) {
-    F = (l.array() - radius_mm).max((l.array() + radius_mm).min(F.array())).matrix();
-  }
-  return F;
+/// An effect of the catalogue that remembers, of these shapes.
+ActiveEffect with_shapes(const char* name, std::initializer_list<double> shapes) {
+  ActiveEffect idle{&find_effect(name), {}};
+  idle.values = Eigen::VectorXd::Zero(std::ssize(idle.effect->parameters));
+  Eigen::Index k = idle.values.size() - std::ssize(shapes);
+  for (const double shape : shapes) idle.values[k++] = shape;
+  return idle;
 }
 
-/// (l - F_r) / r after each row: 1 when the play was last taken up in + direction, -1 in -.
-AlongPath play(const std::vector<Reading>& path, const Displacements& home_mm, double radius_mm) {
-  AlongPath taken;
-  std::map<int, Displacements> at;  // F of each epoch
-  for (const Reading& r : path) {
-    Displacements& F = at.try_emplace(r.conditions.epoch, home_mm).first->second;
-    F = follow(F, r.conditions, radius_mm);
-    taken[r.seq] = (r.conditions.cmd_mm - F) / radius_mm;
-  }
-  return taken;
+/// Of some effects it may be taken for.
+Pretender memory(const ActiveEffect& shape, const History& history,
+                 std::vector<std::string> effects, std::string what, std::string when) {
+  return {.effects = std::move(effects),
+          .name = shape.effect->name,
+          .what = std::move(what),
+          .when = std::move(when),
+          .basis =
+              [&history, shape](const Reading& r, Moment m, int k) {
+                shape.effect->recall(m, shape.values, r.conditions, &history);
+                return shape.effect->basis(m, k);
+              },
+          .rarity = kEvidence20To1 / 2,
+          .shape = shape};
 }
 
 /// Friction that remembers the path: play operators, and what a move leaves until a longer one.
-void add_memory(const ResidualSpace& space, const std::vector<Reading>& path,
-                std::vector<Pretender>& kinds) {
-  const Moment& first = space.predictions.front().moment;
-  const Displacements home_mm = first.l_mm - first.s_mm;
-  constexpr double kRadiiMm[] = {1, 2, 4, 8, 16, 32};
-  std::vector<AlongPath> plays;
-  for (const double r : kRadiiMm) plays.push_back(play(path, home_mm, r));
-  const auto add = [&](const AlongPath& taken, std::span<const double> radii_mm,
-                       const std::string& when) {
-    // a reading off the path is taken to come from home
-    const auto off_path =
-        [home_mm, radii = std::vector(radii_mm.begin(), radii_mm.end())](const Conditions& c) {
-          Displacements sum = Displacements::Zero();
-          for (const double r : radii) sum += (c.cmd_mm - follow(home_mm, c, r)) / r;
-          return Displacements(sum / static_cast<double>(radii.size()));
-        };
-    kinds.push_back(
-        {.effects = {"backlash"},
-         .name = "hysteresis",
-         .what = drives_name(*space.machine.kind) + " whose friction remembers the path",
-         .when = when,
-         .basis =
-             [taken, off_path](const Reading& r, const Moment&, int k) {
-               const auto on = taken.find(r.seq);
-               return along(k, -(on != taken.end() ? on->second : off_path(r.conditions))[k]);
-             },
-         .rarity = kEvidence20To1 / 2});
-  };
+void add_memory(const ResidualSpace& space, const History& history, std::vector<Pretender>& kinds) {
   // one play, or as many of neighbouring octaves with one weight: a hysteresis of some width
-  constexpr std::size_t kOctaves = std::size(kRadiiMm);
-  for (std::size_t from = 0; from < kOctaves; ++from) {
-    AlongPath sum = plays[from];
-    for (std::size_t to = from; to < kOctaves; ++to) {
-      const auto n = static_cast<double>(to - from + 1);
-      if (to > from) {
-        for (auto& [seq, taken] : sum) taken += plays[to].at(seq);
-      }
-      AlongPath mean = sum;
-      for (auto& [seq, taken] : mean) taken /= n;
-      add(mean, std::span(kRadiiMm).subspan(from, to - from + 1),
-          to == from ? "play of " + length(kRadiiMm[from])
-                     : "plays of " + length(kRadiiMm[from]) + " to " + length(kRadiiMm[to]));
+  for (const double least : History::kRadiiMm) {
+    for (const double largest : History::kRadiiMm) {
+      if (largest < least) continue;
+      kinds.push_back(
+          memory(with_shapes("hysteresis", {least, largest}), history, {"backlash", "move_memory"},
+                 drives_name(*space.machine.kind) + " whose friction remembers the path",
+                 largest == least ? "play of " + length(least)
+                                  : "plays of " + length(least) + " to " + length(largest)));
     }
   }
-  constexpr double kLengthsMm[] = {1, 2, 3, 5, 8, 12, 20, 30};
-  for (const double d : kLengthsMm) {
-    kinds.push_back({.effects = {"backlash"},
-                     .name = "move_memory",
-                     .what = drives_name(*space.machine.kind) + " that remember the last move",
-                     .when = "decaying over " + length(d),
-                     .basis =
-                         [d](const Reading&, const Moment& m, int k) {
-                           return along(k,
-                                        -m.direction[k] * std::exp(-std::abs(m.travel_mm[k]) / d));
-                         },
-                     .rarity = kEvidence20To1 / 2});
+  for (const double d : {1, 2, 3, 5, 8, 12, 20, 30}) {
+    kinds.push_back(memory(with_shapes("move_memory", {d}), history, {"backlash", "hysteresis"},
+                           drives_name(*space.machine.kind) + " that remember the last move",
+                           "decaying over " + length(d)));
   }
 }
 
-/// The temperature after a lag of first order, tau dF/dt = T - F, from the first record on; the
-/// record is linear in between, for which the step is exact.
-class LaggingThermometer {
- public:
-  LaggingThermometer(std::vector<Reading> record, double tau_s) : tau_s_(tau_s) {
-    std::ranges::stable_sort(record, {}, [](const Reading& r) { return *r.conditions.time_s; });
-    last_ = {*record.front().conditions.time_s, *record.front().conditions.temp_degc,
-             *record.front().conditions.temp_degc};
-    for (const Reading& r : record) {
-      last_ = after(r.conditions);
-      filtered_degc_[r.seq] = last_.F;
-    }
-  }
-  /// At a reading of the record, or at one after it.
-  [[nodiscard]] double degc(const Reading& r) const {
-    const auto at = filtered_degc_.find(r.seq);
-    if (at != filtered_degc_.end()) return at->second;
-    return r.conditions.time_s && r.conditions.temp_degc ? after(r.conditions).F : last_.F;
-  }
-
- private:
-  struct State {
-    double t = 0, T = 0, F = 0;
-  };
-  [[nodiscard]] State after(const Conditions& c) const {
-    const double dt = *c.time_s - last_.t, next = *c.temp_degc;
-    if (dt <= 0) return {last_.t, next, last_.F};
-    const double behind = (next - last_.T) / dt * tau_s_;  // of a ramp, in the long run
-    return {*c.time_s, next, next - behind + (last_.F - last_.T + behind) * std::exp(-dt / tau_s_)};
-  }
-  double tau_s_;
-  State last_;
-  std::map<int, double> filtered_degc_;
-};
-
 /// What goes with temperature or time in a way that growth and drift do too.
-void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
-              std::vector<Pretender>& kinds) {
+void add_slow(const ResidualSpace& space, const History& history, std::vector<Pretender>& kinds) {
   const std::vector<Reading>& readings = space.readings;
   const bool timed = std::ranges::all_of(
       readings, [](const Reading& r) { return r.conditions.time_s.has_value(); });
@@ -164,7 +91,7 @@ void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
                             return *r.conditions.time_s;
                           }).conditions.time_s;
   for (const int within_min : {5, 10, 15, 20, 30}) {
-    kinds.push_back({.effects = {"thermal_growth", "tracker_drift"},
+    kinds.push_back({.effects = {"thermal_growth", "tracker_drift", "lagged_growth"},
                      .name = "settling",
                      .what = drives_name(*space.machine.kind) + " that settle after the start",
                      .when = "within " + std::to_string(within_min) + " min",
@@ -177,20 +104,11 @@ void add_slow(const ResidualSpace& space, const std::vector<Reading>& path,
     return r.conditions.temp_degc.has_value() && r.conditions.time_s.has_value();
   };
   if (!std::ranges::all_of(readings, recorded)) return;
-  std::vector<Reading> record;
-  std::ranges::copy_if(path, std::back_inserter(record), recorded);
-  constexpr double kLagsMin[] = {1, 2, 4, 8, 15, 30, 45, 60, 90, 120, 180, 360};
-  for (const double lag_min : kLagsMin) {
-    kinds.push_back({.effects = {"thermal_growth", "tracker_drift"},
-                     .name = "lagged_growth",
-                     .what = drives_name(*space.machine.kind) + " that follow the thermometer",
-                     .when = std::to_string(static_cast<int>(lag_min)) + " min late",
-                     .basis =
-                         [late = LaggingThermometer(record, 60 * lag_min)](const Reading& r,
-                                                                           const Moment& m, int k) {
-                           return along(k, m.l_mm[k] * (late.degc(r) - kReferenceTemperatureDegc));
-                         },
-                     .rarity = kEvidence20To1 / 2});
+  for (const double lag_min : {1, 2, 4, 8, 15, 30, 45, 60, 90, 120, 180, 360}) {
+    kinds.push_back(memory(with_shapes("lagged_growth", {60 * lag_min}), history,
+                           {"thermal_growth", "tracker_drift"},
+                           drives_name(*space.machine.kind) + " that follow the thermometer",
+                           std::to_string(static_cast<int>(lag_min)) + " min late"));
   }
 }
 
@@ -220,9 +138,9 @@ void add_tilts(std::vector<Pretender>& kinds) {
   }
 }
 
-std::vector<Pretender> kinds_for(const ResidualSpace& space, const std::vector<Reading>& path) {
+std::vector<Pretender> kinds_for(const ResidualSpace& space, const History& history) {
   std::vector<Pretender> kinds = {
-      {.effects = {"backlash"},
+      {.effects = {"backlash", "move_memory", "hysteresis"},
        .name = "lost motion",
        .what = drives_name(*space.machine.kind) + " that lose motion",
        .when = "in proportion to the last move",
@@ -235,9 +153,14 @@ std::vector<Pretender> kinds_for(const ResidualSpace& space, const std::vector<R
        .basis = [](const Reading&, const Moment& m, int k) {
          return along(k, m.s_mm[k] * m.s_mm[k] * m.s_mm[k]);
        }}};
-  add_memory(space, path, kinds);
-  add_slow(space, path, kinds);
+  add_memory(space, history, kinds);
+  add_slow(space, history, kinds);
   add_tilts(kinds);
+  std::erase_if(kinds, [&](const Pretender& kind) {
+    return std::ranges::any_of(space.remembered, [&](const ActiveEffect& known) {
+      return known.effect == kind.shape.effect;
+    });
+  });
   return kinds;
 }
 
@@ -341,6 +264,7 @@ std::optional<LookAlike> best_rails(const ResidualSpace& space, const Setting& p
         {kind.what, kind.when, chi2_tail(seen.squaredNorm(), n), seen.squaredNorm(),
          static_cast<int>(choice.cols())},
         evidence,
+        kind.shape,
         effects,
         {}};
     for (Eigen::Index c = 0; c < choice.cols(); ++c) {
@@ -371,10 +295,8 @@ std::optional<LookAlike> over_scales(const std::vector<LookAlike>& at_scales, st
 }  // namespace
 
 std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& library,
-                                   const Candidate& best, std::span<const Reading> path) {
-  std::vector<Reading> rows(path.begin(), path.end());
-  std::ranges::stable_sort(rows, {}, &Reading::seq);
-  const std::vector<Pretender> kinds = kinds_for(space, rows);
+                                   const Candidate& best, const History& history) {
+  const std::vector<Pretender> kinds = kinds_for(space, history);
   std::map<std::vector<int>, Setting> places;
   std::map<std::string, std::size_t> scales;
   std::map<std::pair<std::string, std::vector<int>>, std::vector<LookAlike>> at_scales;

@@ -12,6 +12,7 @@
 #include "core/diagnose/residual_space.hpp"
 #include "core/diagnose/selection.hpp"
 #include "core/diagnose/structure.hpp"
+#include "core/model/history.hpp"
 
 namespace trammel {
 
@@ -19,6 +20,7 @@ struct LookAlike {
   std::string name;  // as rivals are reported: "hysteresis", or "unnamed: …"
   Finding finding;
   double evidence = 0;  // chi^2 that it gains over the effects it stands for, each less its price
+  ActiveEffect shape = {};   // the effect of the catalogue that it is, values 0; none: unnamed
   std::vector<int> effects;  // places in the catalogue: those of the best set that it stands for
   std::vector<DeviationOf> terms;  // of the rails that suit it; of a reading off the path, as if
                                    // it were measured after all of it
@@ -32,13 +34,10 @@ struct LookAlike {
 /// Price: that of an effect of the catalogue; over its scales (radius, length, time, azimuth) the
 /// likelihood is averaged. Asked only where the readings can tell the two apart (the part of
 /// either's fitted signal that the other can't imitate carries kTellApart of chi^2), but for a
-/// tilted plane, which hardly any point tells from a scale. `path`: all rows in the order they were
-/// commanded, failed and unseen ones too; the play operators
-///   F <- max(l - r, min(l + r, F))          (Krasnosel'skii & Pokrovskii 1989; from home, per
-///   epoch)
-/// and the filtered temperature  tau dF/dt = T - F  follow it.
+/// tilted plane, which hardly any point tells from a scale. An effect that takes part in the search
+/// is no look-alike.
 std::vector<LookAlike> look_alikes(const ResidualSpace& space, const Library& library,
-                                   const Candidate& best, std::span<const Reading> path);
+                                   const Candidate& best, const History& history);
 inline constexpr double kTellApart = 6.0;
 inline constexpr double kSameSignal = 0.05;
 

@@ -27,8 +27,11 @@ GeometryFit fit_with(const Work& w, const Library& library, const Candidate& can
     const Unit& unit = library.units[static_cast<std::size_t>(u)];
     const Effect* effect = &effect_catalogue()[static_cast<std::size_t>(unit.effect)];
     if (start.effects.empty() || start.effects.back().effect != effect) {
+      const auto known = std::ranges::find(library.remembered, effect, &ActiveEffect::effect);
       start.effects.push_back(
-          {effect, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(effect->parameters.size()))});
+          {effect, known != library.remembered.end()
+                       ? known->values
+                       : Eigen::VectorXd::Zero(std::ssize(effect->parameters))});
     }
     for (std::size_t i = 0; i < unit.parameters.size(); ++i) {
       const double v = candidate.values[first + static_cast<Eigen::Index>(unit.column_at(i))];
@@ -37,7 +40,11 @@ GeometryFit fit_with(const Work& w, const Library& library, const Candidate& can
     first += static_cast<Eigen::Index>(unit.columns.size());
   }
   while (!reaches(start, w.readings)) {
-    for (ActiveEffect& active : start.effects) active.values /= 4;
+    for (ActiveEffect& active : start.effects) {
+      for (int k = 0; k < active.values.size(); ++k) {
+        if (!is_shape(*active.effect, k)) active.values[k] /= 4;
+      }
+    }
   }
   return fit_geometry(start, w.readings, w.out.noise.sigma(),
                       {.correlation = w.out.noise.correlation});
@@ -76,6 +83,30 @@ std::string ratio_in_words(double k, double std) {
   return {};
 }
 
+/// The space around the last fit, in which the effects of `remembered` take part as well.
+void look_anew(Work& w, Naming& n, const std::vector<ActiveEffect>& remembered) {
+  GeometryFit fit = w.out.fit;
+  for (const ActiveEffect& idle : remembered) {
+    if (std::ranges::find(fit.model.effects, idle.effect, &ActiveEffect::effect) ==
+        fit.model.effects.end())
+      fit.model.effects.push_back(idle);
+  }
+  n.space = undecided_space(fit, w.readings, w.out.noise.sigma(), w.out.noise.correlation);
+  n.library = make_library(n.space);
+}
+
+/// Look-alikes with a name that do better than the effect of the best set they are taken for enter
+/// the search, at their best shape. False where there is none.
+bool admit(Work& w, Naming& n) {
+  std::vector<ActiveEffect> remembered = n.space.remembered;
+  for (const LookAlike& alike : look_alikes(n.space, n.library, n.best, *w.history)) {
+    if (alike.evidence > 0 && alike.shape.effect != nullptr) remembered.push_back(alike.shape);
+  }
+  if (remembered.size() == n.space.remembered.size()) return false;
+  look_anew(w, n, remembered);
+  return true;
+}
+
 }  // namespace
 
 bool search_on_exact_model(Work& w, Naming& n) {
@@ -88,12 +119,12 @@ bool search_on_exact_model(Work& w, Naming& n) {
     n.best = extend(n.library, n.all.front());
     n.fitted = with_all_rails(n.library, n.best);
     const auto now = parameters_of(n.library, n.fitted);
-    if (now == before) return true;
+    if (now == before && (round >= kMostRounds || !admit(w, n))) return true;
+    if (now == before) continue;
     before = now;
     w.out.fit = fit_with(w, n.library, n.fitted);
     if (round == kMostRounds) return true;
-    n.space = undecided_space(w.out.fit, w.readings, w.out.noise.sigma(), w.out.noise.correlation);
-    n.library = make_library(n.space);
+    look_anew(w, n, n.space.remembered);
   }
 }
 
@@ -151,6 +182,11 @@ void name_effects(Work& w, const Naming& n) {
         if (const std::string ratio = ratio_in_words(value, std); !ratio.empty())
           w.out.notes.push_back("1 + " + about.name + " of lead_scale" + ratio);
       }
+    }
+    for (int k = 0; k < active.values.size(); ++k) {
+      const EffectParameter& chosen = active.effect->parameters[static_cast<std::size_t>(k)];
+      if (chosen.on == On::choice)
+        named.parameters.push_back({chosen.name, chosen.unit, active.values[k], 0, false});
     }
     std::vector<int> from_0;
     for (const int rail : named.rails) from_0.push_back(rail - 1);

@@ -17,6 +17,13 @@ ResidualSpace bare_space(const GeometryFit& fit, std::span<const Reading> readin
   space.machine = fit.model.nominal;
   space.sigma = sigma;
   space.correlation = correlation;
+  for (const ActiveEffect& active : fit.model.effects) {
+    if (active.effect->recall == nullptr) continue;
+    space.remembered.push_back(active);
+    for (int k = 0; k < active.values.size(); ++k) {
+      if (!is_shape(*active.effect, k)) space.remembered.back().values[k] = 0;
+    }
+  }
   const Predictor expected(fit.model);
   for (const Reading& reading : readings) {
     space.predictions.push_back(expected.predict(reading.conditions));
@@ -46,7 +53,9 @@ ResidualSpace undecided_space(const GeometryFit& fit, std::span<const Reading> r
       base.push_back(column);
       continue;
     }
-    const double value = fit.model.effects[static_cast<std::size_t>(p.owner)].values[p.index];
+    const ActiveEffect& active = fit.model.effects[static_cast<std::size_t>(p.owner)];
+    if (is_shape(*active.effect, p.index)) continue;  // stays as fitted
+    const double value = active.values[p.index];
     y += value / p.scale * fit.system.jacobian.col(column);
   }
   const Eigen::MatrixXd J = fit.system.jacobian(Eigen::all, base);

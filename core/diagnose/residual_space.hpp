@@ -22,8 +22,9 @@ namespace trammel {
 /// chi^2 test.
 struct ResidualSpace {
   std::vector<Reading> readings;
-  std::vector<Prediction> predictions;  // of the fit, with the moments effects act in
-  Machine machine;                      // nominal
+  std::vector<Prediction> predictions;   // of the fit, with the moments effects act in
+  Machine machine;                       // nominal
+  std::vector<ActiveEffect> remembered;  // shapes of the effects with a memory that take part
   PoseSigma sigma;
   double correlation = 0;    // of successive readings: taken out of residual, Q and signals alike
   Eigen::MatrixXd Q;         // orthonormal, shape (3N, rank)

@@ -34,7 +34,10 @@ std::vector<std::vector<int>> units_of(const Effect& effect, const Machine& mach
 /// of nut) may act on all of them by the same amount, which is one parameter, not several that
 /// happen to agree.
 bool one_per_rail_of(const Effect& effect, const Machine& machine) {
-  if (effect.parameters.size() != kChains || machine.kind->n_chains < 2) return false;
+  int drives = 0;
+  for (int k = 0; k < static_cast<int>(effect.parameters.size()); ++k)
+    drives += is_shape(effect, k) ? 0 : 1;
+  if (drives != kChains || machine.kind->n_chains < 2) return false;
   for (int k = 0; k < kChains; ++k) {
     const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
     if (p.rail != k || p.joined) return false;
@@ -42,7 +45,11 @@ bool one_per_rail_of(const Effect& effect, const Machine& machine) {
   return true;
 }
 
+/// Those with a memory take part where a look-alike asked for them.
 bool testable(const Effect& effect, const ResidualSpace& space) {
+  if (effect.recall != nullptr &&
+      std::ranges::find(space.remembered, &effect, &ActiveEffect::effect) == space.remembered.end())
+    return false;
   return std::all_of(space.predictions.begin(), space.predictions.end(),
                      [&](const Prediction& at) { return recorded(effect, at.moment); });
 }
@@ -188,7 +195,10 @@ double price_of(const Library& library, const std::vector<int>& units) {
     const auto n = static_cast<double>(unit.columns.size());
     price += unit.effect == last
                  ? kPriceOfFurther * n + 2 * std::log(units_per_effect(library, unit.effect))
-                 : kPriceOfName + kPriceOfParameter * n;
+                 : kPriceOfName + kPriceOfParameter * n +
+                       (effect_catalogue()[static_cast<std::size_t>(unit.effect)].recall != nullptr
+                            ? kPriceOfShape
+                            : 0);
     last = unit.effect;
   }
   return price;
@@ -196,6 +206,7 @@ double price_of(const Library& library, const std::vector<int>& units) {
 
 Library make_library(const ResidualSpace& space) {
   Library library;
+  library.remembered = space.remembered;
   const auto catalogue = effect_catalogue();
   std::vector<Eigen::VectorXd> columns;
   std::vector<double> highest, lowest;

@@ -25,6 +25,7 @@ struct Unit {
 /// Every effect the readings have the conditions for, as columns.
 struct Library {
   std::vector<Unit> units;
+  std::vector<ActiveEffect> remembered;  // shapes of the effects with a memory that take part
   Eigen::MatrixXd signals;    // whitened, per unit of parameter, not projected, shape (3N, columns)
   Eigen::VectorXd usual_max;  // of each column's parameter
   Eigen::VectorXd usual_min;
@@ -55,8 +56,9 @@ struct Candidate {
 inline constexpr double kPriceOfName = 8.0;
 inline constexpr double kPriceOfParameter = 5.5;
 inline constexpr double kPriceOfFurther = 1.5;  // a parameter of a further unit, and 2 ln(units)
-inline constexpr double kPriceOfImpossible = 12.0;  // of a sign that the effect can't have
-inline constexpr double kEvidence20To1 = 6.0;       // 2 ln 20
+inline constexpr double kPriceOfShape = kPriceOfParameter;  // of a memory, fitted or chosen
+inline constexpr double kPriceOfImpossible = 12.0;          // of a sign that the effect can't have
+inline constexpr double kEvidence20To1 = 6.0;               // 2 ln 20
 
 /// Least squares of some units, jointly with the base; nothing when they are collinear. A usual
 /// range is a prior without a cliff, v ~ N(0, usual_max^2): a set maximises

@@ -95,7 +95,7 @@ Battery make_battery(const ResidualSpace& space, const std::vector<Shape>& shape
 
 /// p of every test, shapes first, for residuals in the columns of `r` (projected already).
 Eigen::MatrixXd all_p(const Battery& battery, const Eigen::MatrixXd& r) {
-  const Eigen::MatrixXd coefficients = transposed_product(battery.all, r);
+  const Eigen::MatrixXd coefficients = wide_transposed_product(battery.all, r);
   const auto tests = static_cast<Eigen::Index>(battery.bases.size() + battery.neighbours.size());
   Eigen::MatrixXd p(tests, r.cols());
   for (Eigen::Index c = 0; c < r.cols(); ++c) {

@@ -135,6 +135,9 @@ Tie tie_between(const Library& library, const Candidate& best, const Candidate& 
   tie.columns = terms_of(library, rival, false, kAll);
   tie.effects = united(best, rival);
   tie.by_direction = follows_direction(tie.effects);
+  tie.by_length = tie.by_direction && std::ranges::any_of(tie.effects, [](int e) {
+                    return effect_at(e).recall != nullptr;
+                  });
   tie.why = "tells " + joined(names_of(best)) + " from " + joined(names_of(rival));
   tie.instead = other_instruments(different(best, rival));
   tie.lead = lead;
@@ -232,6 +235,7 @@ std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit, const RobotModel
   for (const ActiveEffect& active : model.effects) {
     named.push_back(static_cast<int>(active.effect - effect_catalogue().data()));
     for (std::size_t k = 0; k < active.effect->parameters.size(); ++k) {
+      if (is_shape(*active.effect, static_cast<int>(k))) continue;
       of_named.push_back(
           effect_term(named.back(), static_cast<int>(k), active.effect->parameters[k].usual_max));
     }
@@ -241,6 +245,7 @@ std::vector<Tie> blind_ties(const std::vector<AuditRow>& audit, const RobotModel
     const Effect& effect = find_effect(audit[e].effect);
     const int place = static_cast<int>(&effect - effect_catalogue().data());
     if (std::find(named.begin(), named.end(), place) != named.end()) continue;
+    if (effect.recall != nullptr) continue;  // what shows its relative without a memory shows it
     if (!audit[e].missing.empty() && effect.needs.front() != Need::direction) continue;
     const bool blind = !audit[e].smallest_visible || audit[e].surviving_share <= kBlindShare;
     if (!blind && !audit[e].only_unusual()) continue;

@@ -216,13 +216,24 @@ void add_rivals(Work& w, const Naming& n, std::vector<Tie>& ties) {
   }
 }
 
-/// What the average over sets says beside the named ones.
+/// What the average over sets says beside the named ones: other effects, and their other rails.
 void add_possible(Work& w, const Naming& n) {
   for (std::size_t e = 0; e < n.mean.probability.size(); ++e) {
-    const bool named =
-        std::ranges::find(n.best.effects, static_cast<int>(e)) != n.best.effects.end();
-    if (named || n.mean.probability[e] < kPossible) continue;
-    w.out.may_also_hold.push_back({effect_catalogue()[e].name, n.mean.probability[e]});
+    const Effect& effect = effect_catalogue()[e];
+    const auto named = std::ranges::find(w.out.effects, effect.name, &NamedEffect::name);
+    Possible possible{effect.name, 0};
+    for (int k = 0; k < std::ssize(effect.parameters); ++k) {
+      const EffectParameter& about = effect.parameters[static_cast<std::size_t>(k)];
+      const auto column = column_of(n.library, static_cast<int>(e), k);
+      const bool told = named != w.out.effects.end() &&
+                        std::ranges::find(named->parameters, about.name, &NamedParameter::name) !=
+                            named->parameters.end();
+      if (!column || told) continue;
+      possible.probability = std::max(possible.probability, n.mean.presence[*column]);
+      possible.parameters.push_back({about.name, about.unit, 0, n.mean.std_about(*column, 0)});
+    }
+    if (named == w.out.effects.end()) possible.probability = n.mean.probability[e];
+    if (possible.probability >= kPossible) w.out.may_also_hold.push_back(std::move(possible));
   }
   std::ranges::stable_sort(w.out.may_also_hold, std::greater{}, &Possible::probability);
 }
@@ -256,7 +267,7 @@ void decide(Work& w, std::vector<Tie>& ties) {
   n.mean = average(n.library, family_of(n.library, n.best, n.all));
   name_effects(w, n);
   n.unnamed = best_unnamed(n.space, n.library, n.best, w.shapes, n.unnamed_score);
-  n.alike = look_alikes(n.space, n.library, n.best, w.campaign.readings);
+  n.alike = look_alikes(n.space, n.library, n.best, *w.history);
   if (const auto findings = objections(w, n); !findings.empty()) {
     leave_unexplained(w, findings);
     add_unexplained_tie(w, n.space, n.library, n.best, ties);

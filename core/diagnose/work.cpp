@@ -20,8 +20,11 @@ std::vector<Reading> of_set(const Campaign& campaign, ReadingSet set) {
 
 void fit_base(Work& w) {
   const NoiseFloor& noise = w.out.noise;
-  w.base = fit_geometry(nominal_model(w.campaign.machine), w.readings, noise.sigma(),
-                        {.correlation = noise.correlation});
+  if (w.history == nullptr)
+    w.history = std::make_shared<History>(w.campaign.machine, w.campaign.readings);
+  RobotModel start = nominal_model(w.campaign.machine);
+  start.history = w.history;
+  w.base = fit_geometry(start, w.readings, noise.sigma(), {.correlation = noise.correlation});
   w.space = residual_space(w.base, w.readings, noise.sigma(), noise.correlation);
   w.library = make_library(w.space);
 }

@@ -1,6 +1,7 @@
 #pragma once
 // What one diagnosis works on, from step to step; of this folder alone.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "core/diagnose/dictionary.hpp"
 #include "core/diagnose/residual_space.hpp"
 #include "core/diagnose/selection.hpp"
+#include "core/model/history.hpp"
 
 namespace trammel {
 
@@ -16,6 +18,7 @@ struct Work {
   const Campaign& campaign;
   const DiagnoseOptions& options;
   Diagnosis out = {};
+  std::shared_ptr<const History> history = {};
   std::vector<Reading> readings;  // identify, without the bad ones
   GeometryFit base = {};
   ResidualSpace space = {};        // around the base

@@ -15,6 +15,8 @@ using Rows3In = Eigen::Ref<const Eigen::Matrix3Xd>;  // three rows of a larger m
 Eigen::MatrixXd product(const MatrixIn& A, const MatrixIn& B);
 /// A' B
 Eigen::MatrixXd transposed_product(const MatrixIn& A, const MatrixIn& B);
+/// A' B of many columns, in the widest instructions that the machine has; the same bits on each.
+Eigen::MatrixXd wide_transposed_product(const MatrixIn& A, const MatrixIn& B);
 /// A B'
 Eigen::MatrixXd product_transposed(const MatrixIn& A, const MatrixIn& B);
 /// A' A

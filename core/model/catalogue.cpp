@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
 #include "core/model/effect.hpp"
@@ -6,10 +7,10 @@
 namespace trammel {
 
 std::span<const Effect> effect_catalogue() {
-  static const std::vector<Effect> all = {lead_scale(),    lead_curvature(), screw_periodic(),
-                                          backlash(),      thermal_growth(), axis_crosstalk(),
-                                          platform_load(), guide_bow(),      guide_yaw(),
-                                          tracker_drift(), tracker_scale()};
+  static const std::vector<Effect> all = {
+      lead_scale(), lead_curvature(), screw_periodic(), backlash(),       move_memory(),
+      hysteresis(), thermal_growth(), lagged_growth(),  axis_crosstalk(), platform_load(),
+      guide_bow(),  guide_yaw(),      tracker_drift(),  tracker_scale()};
   return all;
 }
 
@@ -33,6 +34,21 @@ std::vector<EffectParameter> one_per_rail(const std::string& letter, const std::
   return parameters;
 }
 
+bool is_shape(const Effect& effect, int k) {
+  const On on = effect.parameters[static_cast<std::size_t>(k)].on;
+  return on == On::shape || on == On::choice;
+}
+
+Eigen::VectorXd usual_shapes(const Effect& effect) {
+  Eigen::VectorXd shapes =
+      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(effect.parameters.size()));
+  for (int k = 0; k < shapes.size(); ++k) {
+    const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
+    if (is_shape(effect, k)) shapes[k] = std::sqrt(p.usual_min * p.usual_max);
+  }
+  return shapes;
+}
+
 bool exists(const Effect& effect, int k, const Machine& machine) {
   const EffectParameter& p = effect.parameters[static_cast<std::size_t>(k)];
   const MachineKind& kind = *machine.kind;
@@ -49,6 +65,9 @@ bool exists(const Effect& effect, int k, const Machine& machine) {
       return !kind.has_point_platform();
     case On::coordinate:
       return machine.measured[static_cast<std::size_t>(k)];
+    case On::shape:
+    case On::choice:
+      return false;
   }
   return false;
 }

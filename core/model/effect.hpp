@@ -14,6 +14,9 @@
 
 namespace trammel {
 
+struct Conditions;
+class History;
+
 /// Under what an effect acts at one reading.
 struct Moment {
   Displacements l_mm = Displacements::Zero();  // commanded
@@ -31,6 +34,10 @@ struct Moment {
   Eigen::Vector3d theta_rad = Eigen::Vector3d::Zero();  // link or cylinder angles at that pose
   Eigen::Vector3d lead_mm = Eigen::Vector3d::Zero();    // of each drive's screw
   bool turns_with_axes = false;  // phi is no coordinate: a parasitic angle of the axes
+  // What is remembered there of the campaign (history.hpp), at the model's shape of each memory:
+  double fading_mm = 0;                         // the length over which that of a move fades
+  Displacements taken = Displacements::Zero();  // of the play, -1 to 1
+  std::optional<double> late_degc = {};         // the temperature that the rails have reached
 };
 
 /// What one effect changes at one reading: displacements, the offsets across guides (a PRR's rail,
@@ -56,6 +63,8 @@ enum class On {
   platform,    // a platform with joints: on a point the same is geometry
   reading,     // every machine
   coordinate,  // x, y, phi in turn: where it is measured
+  shape,       // nothing: how far an effect remembers (length, time). Not linear, by no basis
+  choice,      // a shape that has a few values only, and is chosen, not fitted
 };
 
 struct EffectParameter {
@@ -78,9 +87,19 @@ struct Effect {
   /// Deviation per unit of parameter `k` (in the parameter's own unit) at `moment`. Asked only for
   /// moments that have what `needs` lists.
   Deviation (*basis)(const Moment& moment, int k) = nullptr;
+  /// Of an effect with a memory: fills in what `moment` remembers at the shapes, which stand in
+  /// `values` where the parameters have them. `history`: may be none.
+  void (*recall)(Moment& moment, const Eigen::VectorXd& values, const Conditions& at,
+                 const History* history) = nullptr;
 };
 
-/// Whether the machine has what parameter `k` acts on. Proof:
+/// Whether parameter `k` is a shape: effects that have one remember the path or the temperatures.
+bool is_shape(const Effect& effect, int k);
+
+/// Each shape in the middle of its usual range, on a scale of ratios; 0 for the other parameters.
+Eigen::VectorXd usual_shapes(const Effect& effect);
+
+/// Whether the machine has what parameter `k` acts on; no shape. Proof:
 /// tests/core/model/effects_of_machines_test.cpp.
 bool exists(const Effect& effect, int k, const Machine& machine);
 bool exists(const Effect& effect, const Machine& machine);
@@ -109,6 +128,9 @@ Effect axis_crosstalk();
 Effect platform_load();
 Effect guide_bow();
 Effect guide_yaw();
+Effect hysteresis();
+Effect lagged_growth();
+Effect move_memory();
 Effect tracker_drift();
 Effect tracker_scale();
 

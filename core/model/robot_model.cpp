@@ -1,5 +1,6 @@
 #include "core/model/robot_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/model/predictor.hpp"
@@ -41,6 +42,12 @@ Moment moment_under(const RobotModel& model, const Displacements& home_mm, const
   m.theta_rad = found.angle_rad;
   m.J_V = found.J_V;
   stand_on_guides(model.nominal, home_mm, m);
+  for (const Effect& effect : effect_catalogue()) {
+    if (effect.recall == nullptr) continue;
+    const auto own = std::ranges::find(model.effects, &effect, &ActiveEffect::effect);
+    effect.recall(m, own != model.effects.end() ? own->values : usual_shapes(effect), at,
+                  model.history.get());
+  }
   return m;
 }
 
@@ -88,9 +95,7 @@ Prediction Predictor::predict(const Conditions& conditions) const {
   Deviation sum;
   for (const ActiveEffect& active : model_.effects) {
     if (!recorded(*active.effect, result.moment)) continue;
-    for (int k = 0; k < active.values.size(); ++k) {
-      if (active.values[k] != 0) sum += active.values[k] * active.effect->basis(result.moment, k);
-    }
+    sum += deviation_of(active, result.moment);
   }
   const EpochShift shift = shift_of(model_.epochs, conditions.epoch);
   if (!model_.effects.empty()) {
@@ -116,6 +121,30 @@ Prediction moment_of(const RobotModel& model, const Conditions& conditions) {
 
 Prediction predict(const RobotModel& model, const Conditions& conditions) {
   return Predictor(model).predict(conditions);
+}
+
+Deviation deviation_of(const ActiveEffect& active, const Moment& moment) {
+  Deviation sum;
+  for (int k = 0; k < active.values.size(); ++k) {
+    if (active.values[k] == 0 || is_shape(*active.effect, k)) continue;
+    sum += active.values[k] * active.effect->basis(moment, k);
+  }
+  return sum;
+}
+
+Deviation derivative_of(const RobotModel& model, const ActiveEffect& active,
+                        const Conditions& conditions, const Moment& moment, int k) {
+  if (!is_shape(*active.effect, k)) return active.effect->basis(moment, k);
+  constexpr double kStep = 1e-4;  // of the shape
+  ActiveEffect longer = active, shorter = active;
+  longer.values[k] *= 1 + kStep;
+  shorter.values[k] *= 1 - kStep;
+  Moment after = moment, before = moment;
+  active.effect->recall(after, longer.values, conditions, model.history.get());
+  active.effect->recall(before, shorter.values, conditions, model.history.get());
+  Deviation d = deviation_of(longer, after);
+  d += -1.0 * deviation_of(shorter, before);
+  return 1 / (2 * kStep * active.values[k]) * d;
 }
 
 Eigen::Vector3d response(const Prediction& at, const Deviation& d) {

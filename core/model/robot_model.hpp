@@ -2,6 +2,7 @@
 // The robot as we believe it to be: geometry, one shift an epoch, named effects. Predicts readings.
 
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "core/measure/epochs.hpp"
@@ -18,11 +19,14 @@ struct ActiveEffect {
   Eigen::VectorXd values;
 };
 
+class History;
+
 struct RobotModel {
   Machine nominal;                   // home and leads are read from it
   Machine machine;                   // the same with identified parameters
   std::map<int, EpochShift> epochs;  // an epoch that is not listed has no shift
   std::vector<ActiveEffect> effects;
+  std::shared_ptr<const History> history = {};  // of the campaign; none: see History
 
   /// Of a 3-PRR.
   [[nodiscard]] Mechanism mechanism() const { return mechanism_of(nominal); }
@@ -52,6 +56,14 @@ Prediction predict(const RobotModel& model, const Conditions& conditions);
 
 /// Moment at the pose of the geometry alone; the effects of `model` do not enter.
 Prediction moment_of(const RobotModel& model, const Conditions& conditions);
+
+/// What the effect adds at a moment.
+Deviation deviation_of(const ActiveEffect& active, const Moment& moment);
+
+/// Its derivative by parameter `k`: the basis; of a shape a quotient of differences. Proof:
+/// robot_model_test.cpp.
+Deviation derivative_of(const RobotModel& model, const ActiveEffect& active,
+                        const Conditions& conditions, const Moment& moment, int k);
 
 /// How the reading follows a small `deviation` at a predicted moment, shape (3): mm, mm, rad.
 Eigen::Vector3d response(const Prediction& at, const Deviation& deviation);

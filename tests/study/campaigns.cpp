@@ -168,7 +168,7 @@ std::vector<Family> make_families() {
          t.drive.thermal_growth_per_k = size * 1.5e-5 * on_some_drives(r, drives(t), true);
          t.drive.thermal_lag_s = r.uniform(1200, 2400);
        }},
-      {"hysteresis", false, nullptr,
+      {"hysteresis", true, nullptr,
        [](Beyond& b, double size, std::uint64_t seed) {
          auto r = dice(seed);
          b.play_mm = size * 0.02 * on_some_drives(r, b.drives, true);
@@ -178,7 +178,13 @@ std::vector<Family> make_families() {
          }
          if (b.radii_mm.empty()) b.radii_mm = {12};
        }},
-      {"move_memory", false, nullptr,
+      {"lagged_growth", true, nullptr,
+       [](Beyond& b, double size, std::uint64_t seed) {
+         auto r = dice(seed);
+         b.late_growth_per_k = size * 1.5e-5 * on_some_rails(r, true);
+         b.late_s = r.uniform(600, 3600);
+       }},
+      {"move_memory", true, nullptr,
        [](Beyond& b, double size, std::uint64_t seed) {
          auto r = dice(seed);
          b.memory_mm = size * 0.02 * on_some_drives(r, b.drives, true);
@@ -336,8 +342,20 @@ std::vector<Displacements> along_path(const std::vector<Reading>& readings, cons
                                       const Displacements& home_mm) {
   std::vector<Displacements> off(readings.size(), Displacements::Zero());
   std::map<std::pair<int, std::size_t>, Displacements> F;  // of each epoch and radius
+  // the rails' temperature, in steps of a second from the thermometer's broken line
+  double late_degc = readings.empty() ? 0 : *readings.front().conditions.temp_degc;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const Conditions& c = readings[i].conditions;
+    if (i > 0) {
+      const Conditions& last = readings[i - 1].conditions;
+      const double seconds = *c.time_s - *last.time_s;
+      const int steps = std::max(1, static_cast<int>(seconds));
+      for (int s = 0; s < steps; ++s) {
+        const double shown = *last.temp_degc + (*c.temp_degc - *last.temp_degc) * (s + 0.5) / steps;
+        late_degc += (shown - late_degc) * -std::expm1(-seconds / steps / b.late_s);
+      }
+    }
+    off[i] += (late_degc - 20) * b.late_growth_per_k.cwiseProduct(c.cmd_mm);
     const Displacements move = c.cmd_mm - c.from_mm;
     for (int k = 0; k < kChains; ++k) {
       const double sign = move[k] > 0 ? 1 : -1;
@@ -376,11 +394,11 @@ void measure(std::vector<Reading>& readings, const Truth& truth, const Beyond& b
   const double rho = std::min(0.0, design.correlation);
   Vector3d noise = Vector3d::Zero();
   Random random = Random::stream(truth.seed, "other noise");
+  for (Reading& r : readings) r.conditions.temp_degc = robot.temperature_degc(*r.conditions.time_s);
   const auto off = along_path(readings, beyond, robot.home_mm());
   const double c = std::cos(beyond.azimuth_rad), s = std::sin(beyond.azimuth_rad);
   for (std::size_t i = 0; i < readings.size(); ++i) {
     Reading& r = readings[i];
-    r.conditions.temp_degc = robot.temperature_degc(*r.conditions.time_s);
     Conditions done = r.conditions;
     done.cmd_mm += off[i];
     done.from_mm += off[i];
@@ -474,6 +492,7 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   measure(campaign.readings, truth, beyond, design, false);
   spoil(result, design.outliers, seed);
   result.truth = truth;
+  result.beyond = beyond;
   std::sort(result.hidden.begin(), result.hidden.end());
   return result;
 }
@@ -493,7 +512,9 @@ HiddenCase hide(const std::vector<std::string>& names, double rho, std::uint64_t
   return make_case(design, hidden, rho, seed);
 }
 
-std::map<std::string, double> parameters_of(const simulate::Truth& t) {
+std::map<std::string, double> parameters_of(const HiddenCase& hidden) {
+  const simulate::Truth& t = hidden.truth;
+  const Beyond& b = hidden.beyond;
   std::map<std::string, double> all;
   for (int i = 0; i < kChains; ++i) {
     const std::string n = std::to_string(i + 1);
@@ -505,11 +526,16 @@ std::map<std::string, double> parameters_of(const simulate::Truth& t) {
     all["thermal_growth c_" + n] = t.drive.thermal_growth_per_k[i];
     all["guide_bow c_" + n] = t.drive.guide_bow_per_mm[i];
     all["guide_yaw k_" + n] = deg_from_rad(t.drive.guide_yaw_rad_per_mm[i]);
+    all["move_memory v_" + n] = b.memory_mm[i];
+    all["hysteresis v_" + n] = b.play_mm[i];
+    all["lagged_growth c_" + n] = b.late_growth_per_k[i];
     for (int j = 0; j < kChains; ++j) {
       if (i == j) continue;
       all["axis_crosstalk m_" + n + std::to_string(j + 1)] = t.drive.axis_crosstalk(i, j);
     }
   }
+  if (!b.memory_mm.isZero(0)) all["move_memory d"] = b.memory_length_mm;
+  if (!b.late_growth_per_k.isZero(0)) all["lagged_growth tau"] = b.late_s;
   all["platform_load fx"] = t.drive.load_mm[0];
   all["platform_load fy"] = t.drive.load_mm[1];
   all["platform_load m"] = t.drive.load_mm2;

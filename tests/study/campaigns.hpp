@@ -38,6 +38,8 @@ struct Beyond {
   std::vector<double> radii_mm = {};
   Eigen::Vector3d memory_mm = Eigen::Vector3d::Zero();  // -v dir exp(-|move| / length)
   double memory_length_mm = 5;
+  Eigen::Vector3d late_growth_per_k = Eigen::Vector3d::Zero();  // c l (F - 20), tau dF/dt = T - F
+  double late_s = 1800;
   double tilt = 0;  // lengths along the azimuth shrink by this share
   double azimuth_rad = 0;
 };
@@ -55,7 +57,8 @@ struct HiddenCase {
   Campaign campaign;
   std::vector<std::string> hidden;  // names, rising; empty: nothing
   bool in_catalogue = true;
-  simulate::Truth truth;         // what was hidden
+  simulate::Truth truth;  // what was hidden
+  Beyond beyond;
   std::vector<Reading> still;    // the same readings without noise
   std::vector<std::size_t> bad;  // places of readings that are wrong for certain
 };
@@ -70,7 +73,7 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
 const Family& family(const std::string& name);
 
 /// What was hidden, in the words of a report ("backlash w_1"), in their units; 0 where nothing was.
-std::map<std::string, double> parameters_of(const simulate::Truth& truth);
+std::map<std::string, double> parameters_of(const HiddenCase& hidden);
 
 /// How a machine of this kind is measured: a UVW stage of +-5 mm on a thirtieth of the paper's
 /// square by an instrument of 0.5 um; an XY stage and an axis at random places of +-100 mm, by the

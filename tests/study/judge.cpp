@@ -106,7 +106,7 @@ Judgement::Mark mark_of(const HiddenCase& c, const Diagnosis& d, Expected expect
 }
 
 void compare_values(const HiddenCase& c, const Diagnosis& d, Judgement& judged) {
-  auto hidden = parameters_of(c.truth);
+  auto hidden = parameters_of(c);
   std::erase_if(hidden, [](const auto& entry) { return entry.second == 0; });
   std::map<std::string, const NamedParameter*> told;
   for (const NamedEffect& e : d.effects) {
@@ -117,6 +117,36 @@ void compare_values(const HiddenCase& c, const Diagnosis& d, Judgement& judged) 
     const auto at = told.find(name);
     if (at == told.end()) continue;
     judged.values_good += std::abs(at->second->value - value) <= 4 * at->second->std;
+  }
+}
+
+/// Hidden values and reported ones, against two standard deviations: of named effects, and of those
+/// that may also hold (0 +- theirs). What was hidden and is in neither is missed.
+void cover(const HiddenCase& c, const Diagnosis& d, Judgement& judged) {
+  auto hidden = parameters_of(c);
+  std::map<std::string, NamedParameter> told;
+  for (const NamedEffect& e : d.effects) {
+    for (const NamedParameter& p : e.parameters) told[e.name + " " + p.name] = p;
+  }
+  for (const Possible& e : d.may_also_hold) {
+    for (const NamedParameter& p : e.parameters) {
+      if (hidden[e.name + " " + p.name] != 0) told[e.name + " " + p.name] = p;
+    }
+  }
+  for (const auto& [name, value] : hidden) {
+    const auto at = told.find(name);
+    if (at == told.end() ? value == 0 : at->second.std == 0) continue;
+    ++judged.counted;
+    const double std = at == told.end() ? 0 : at->second.std;
+    const double off = at == told.end() ? value : at->second.value - value;
+    if (std::abs(off) <= 2 * std) {
+      ++judged.covered;
+      continue;
+    }
+    char text[96];
+    std::snprintf(text, sizeof text, "; %s %+.3g +- %.3g off by %.1f", name.c_str(), value, std,
+                  std > 0 ? std::abs(off) / std : INFINITY);
+    judged.missed += text;
   }
 }
 
@@ -149,6 +179,9 @@ Judgement judge(const HiddenCase& c, const Diagnosis& d) {
   judged.verdict = d.verdict;
   judged.mark = mark_of(c, d, judged.expected);
   judged.names_right = names_said(d) == c.hidden || (c.hidden.empty() && all_outliers_named(c, d));
+  if (!c.hidden.empty() && c.in_catalogue &&
+      (d.verdict == Verdict::explained || d.verdict == Verdict::ambiguous))
+    cover(c, d, judged);
   if (judged.right() && d.verdict == Verdict::explained && !c.hidden.empty()) {
     compare_values(c, d, judged);
     judged.unseen_rms_mm = unseen_rms_mm(c, d);
@@ -173,7 +206,7 @@ std::string in_words(const HiddenCase& c, const Diagnosis& d, const Judgement& j
                   judged.unseen_rms_mm / c.truth.tracker.sigma_xy_mm);
     line += text;
   }
-  return line;
+  return line + judged.missed;
 }
 
 void Tally::add(const Judgement& j) {
@@ -198,6 +231,8 @@ void Tally::add(const Judgement& j) {
   values_good += j.values_good;
   explained += j.values > 0;
   closed += j.closed;
+  counted += j.counted;
+  covered += j.covered;
 }
 
 void Tally::add(const Tally& o) {
@@ -213,6 +248,8 @@ void Tally::add(const Tally& o) {
   values_good += o.values_good;
   explained += o.explained;
   closed += o.closed;
+  counted += o.counted;
+  covered += o.covered;
 }
 
 }  // namespace trammel::tests

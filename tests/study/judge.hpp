@@ -26,6 +26,8 @@ struct Judgement {
   double margin = 0;  // chi^2 that the nearest other set of the catalogue leaves, without noise
   bool names_right = false;
   int values = 0, values_good = 0;  // hidden parameters; within 4 standard deviations
+  int counted = 0, covered = 0;     // values told or hidden; within 2 standard deviations
+  std::string missed;               // the others, in words
   double unseen_rms_mm = 0;         // predicted minus true pose, where no reading was fitted
   bool closed = false;              // that is at most half a sigma
   [[nodiscard]] bool right() const { return mark == Mark::right; }
@@ -49,6 +51,7 @@ struct Tally {
   int wrong = 0;  // a confident untruth: other names than were hidden
   int right = 0, abstained = 0;
   int values = 0, values_good = 0, explained = 0, closed = 0;
+  int counted = 0, covered = 0;
   void add(const Judgement& judgement);
   void add(const Tally& other);
 };

@@ -45,6 +45,7 @@ TEST_CASE("products are sums of rows times columns, for any size", "[linear]") {
       const MatrixXd A = whole(m, n, random), B = whole(n, 7, random), C = whole(m, 4, random);
       CHECK(product(A, B) == by_loops(A, B));
       CHECK(transposed_product(A, C) == by_loops(turned_over(A), C));
+      CHECK(wide_transposed_product(A, C) == by_loops(turned_over(A), C));
       CHECK(product_transposed(A, turned_over(B)) == by_loops(A, B));
       CHECK(gram(A) == by_loops(turned_over(A), A));
       const VectorXd x = whole(n, 1, random), y = whole(m, 1, random);
@@ -61,6 +62,17 @@ TEST_CASE("products are sums of rows times columns, for any size", "[linear]") {
       CHECK(M == sum);
     }
   }
+}
+
+TEST_CASE("a wide product adds up row after row, so that its bits are those of plain loops",
+          "[linear]") {
+  Random random(602);
+  MatrixXd A(700, 37), B(700, 9);
+  for (double& a : A.reshaped()) a = random.normal();
+  for (double& b : B.reshaped()) b = random.normal();
+  CHECK(wide_transposed_product(A, B) == by_loops(turned_over(A), B));
+  CHECK(wide_transposed_product(A, B) !=
+        MatrixXd(turned_over(A.colwise().reverse()) * MatrixXd(B.colwise().reverse())));
 }
 
 TEST_CASE("three rows out of many are multiplied where they stand", "[linear]") {

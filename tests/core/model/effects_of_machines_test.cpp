@@ -109,8 +109,7 @@ TEST_CASE("on every kind the derivative of a reading is the finite difference of
     }
     model.epochs[2] = {{0.1, -0.2, 0.05}, {0.005, 0.01, 0.001}};
     for (const Effect& effect : effect_catalogue()) {
-      Eigen::VectorXd v =
-          Eigen::VectorXd::Zero(static_cast<Eigen::Index>(effect.parameters.size()));
+      Eigen::VectorXd v = usual_shapes(effect);
       for (Eigen::Index k = 0; k < v.size(); ++k) {
         if (!exists(effect, static_cast<int>(k), machine)) continue;
         v[k] = 0.01 * random.uniform(0.2, 1) *

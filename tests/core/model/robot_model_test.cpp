@@ -118,7 +118,8 @@ TEST_CASE("the derivative by every free parameter is the finite difference of th
   std::size_t of_effects = 0;
   for (const Effect& effect : effect_catalogue()) {
     if (!exists(effect, model.nominal)) continue;
-    of_effects += effect.parameters.size();
+    of_effects += static_cast<std::size_t>(std::ranges::count_if(
+        effect.parameters, [](const EffectParameter& p) { return p.on != On::choice; }));
     Eigen::VectorXd v(static_cast<Eigen::Index>(effect.parameters.size()));
     for (Eigen::Index k = 0; k < v.size(); ++k) {
       v[k] =
