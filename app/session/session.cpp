@@ -246,7 +246,8 @@ void note_jump(store::Connection& connection, store::Id session, const Start& st
 /// Nothing is measured on top of readings that the screen refuses.
 void require_sound_before(store::Connection& connection, const store::CampaignRow& campaign) {
   const Campaign stored = store::load_campaign(connection, campaign.id).campaign;
-  require_sound(stored, screened(stored, store::held_epochs(connection, campaign.id)), "see `trammel campaign check " + campaign.name + "`");
+  require_sound(stored, screened(stored, store::held_epochs(connection, campaign.id)),
+                "see `trammel campaign check " + campaign.name + "`");
 }
 
 /// The stored plan, on the stage as it is now.
