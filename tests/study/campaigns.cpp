@@ -181,7 +181,7 @@ std::vector<Family> make_families() {
       {"lagged_growth", true, nullptr,
        [](Beyond& b, double size, std::uint64_t seed) {
          auto r = dice(seed);
-         b.late_growth_per_k = size * 1.5e-5 * on_some_drives(r, true);
+         b.late_growth_per_k = size * 1.5e-5 * on_some_drives(r, b.drives, true);
          b.late_s = r.uniform(600, 3600);
        }},
       {"move_memory", true, nullptr,
