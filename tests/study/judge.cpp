@@ -78,6 +78,12 @@ bool is_part(const std::vector<std::string>& said, const std::vector<std::string
   return !said.empty() && std::includes(hidden.begin(), hidden.end(), said.begin(), said.end());
 }
 
+/// A pure delay behind the thermometer is a growth that lags, by another law.
+bool is_its_kin(const std::vector<std::string>& said, const std::vector<std::string>& hidden) {
+  return hidden == std::vector<std::string>{"thermal_lag"} &&
+         said == std::vector<std::string>{"lagged_growth"};
+}
+
 Judgement::Mark mark_of(const HiddenCase& c, const Diagnosis& d, Expected expected) {
   using Mark = Judgement::Mark;
   const bool confident = d.verdict == Verdict::explained;
@@ -96,11 +102,11 @@ Judgement::Mark mark_of(const HiddenCase& c, const Diagnosis& d, Expected expect
       return right_or((confident && is_part(names_said(d), c.hidden)) ||
                       (d.verdict == Verdict::ambiguous && among_candidates(c, d)));
     case Expected::unexplained:
-      return right_or(d.verdict == Verdict::unexplained);
+      return right_or(d.verdict == Verdict::unexplained || is_its_kin(names_said(d), c.hidden));
     case Expected::hardly_visible:
-      return confident ? Mark::wrong : Mark::right;
+      return confident && !is_its_kin(names_said(d), c.hidden) ? Mark::wrong : Mark::right;
     case Expected::not_confident:
-      return right_or(!confident && !silent);
+      return right_or((!confident && !silent) || is_its_kin(names_said(d), c.hidden));
   }
   return Mark::abstained;
 }

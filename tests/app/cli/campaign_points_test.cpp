@@ -51,7 +51,7 @@ TEST_CASE("a look into a tracker's file names misses and outliers by line", "[po
   CHECK_THAT(shown.out, Contains("12 rows, delimited, mm (not stated in the file)") &&
                             Contains("line 5: S1: miss (zero)") &&
                             Contains("line 10: S1: gross outlier, 88.999 mm") &&
-                            Contains("asks for n >= 30: say RP_l (n = 10)"));
+                            Contains("call it RP_l (n = 10)"));
   const Parsed look = Parsed::parse(in(folder, {"campaign", "points", "p.xyz", "--json"}).out);
   CHECK(tests::schema_errors(look, "campaign-points.schema.json") == "");
   CHECK(look["places"][0]["n"] == 10);
