@@ -11,6 +11,7 @@
 #include "app/archive/pull.hpp"
 #include "app/archive/push.hpp"
 #include "app/archive/station.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/progress.hpp"
 #include "app/terminal/table.hpp"
 #include "store/campaign.hpp"
@@ -162,8 +163,9 @@ ExitCode run_push(const Options& options, Context& context) {
   if (context.json) {
     context.print("archive-push", {{"station", station.uuid}, {"campaigns", rows}});
   } else {
-    context.print(fmt::format("pushed {} campaigns: {} readings and {} other rows were new",
-                              pushed.size(), n_readings, n_rows));
+    context.print(fmt::format(
+        "pushed {}: {} and {} were new", terminal::counted(pushed.size(), "campaign"),
+        terminal::counted(n_readings, "reading"), terminal::counted(n_rows, "other row")));
   }
   return ExitCode::ok;
 }

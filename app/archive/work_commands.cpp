@@ -11,6 +11,7 @@
 #include "app/archive/work.hpp"
 #include "app/job/stages.hpp"
 #include "app/session/stop_signal.hpp"
+#include "app/terminal/counted.hpp"
 
 namespace trammel::archive {
 
@@ -70,7 +71,8 @@ ExitCode run_rerun(const cli::ArchiveOptions& options, cli::Context& context) {
   if (context.json) {
     context.print("archive-rerun", {{"stage", options.stage}, {"queued", queued}});
   } else {
-    context.print(fmt::format("queued {} of {} campaigns", options.stage, queued));
+    context.print(
+        fmt::format("queued {} of {}", options.stage, terminal::counted(queued, "campaign")));
   }
   context.next("trammel archive work --until-empty");
   return ExitCode::ok;

@@ -6,6 +6,7 @@
 
 #include "app/job/rerun_all.hpp"
 #include "app/session/stop_signal.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/progress.hpp"
 #include "store/open.hpp"
 
@@ -80,9 +81,9 @@ ExitCode run_rerun_all(const RerunAllOptions& options, bool force, bool dry_run,
                                     {"dry_run", dry_run}});
   } else {
     std::string text =
-        fmt::format("{} on {} campaigns: {} {}, {} reused, {} failed", options.stage,
-                    result.campaigns, result.computed, dry_run ? "would be stored" : "stored",
-                    result.reused, result.failed.size());
+        fmt::format("{} on {}: {} {}, {} reused, {} failed", options.stage,
+                    terminal::counted(result.campaigns, "campaign"), result.computed,
+                    dry_run ? "would be stored" : "stored", result.reused, result.failed.size());
     for (const job::SweepFailure& f : result.failed) {
       text += fmt::format("\n  {}: {}", printable(f.campaign), printable(f.text));
     }
