@@ -1,5 +1,7 @@
 #include "app/cli/campaign_exchange.hpp"
 
+#include "app/cli/next_step.hpp"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -119,8 +121,13 @@ Admitted admitted_at_door(const Import& import, const CampaignImportOptions& opt
                         .where = {.field = "--frame"},
                         .hint = "trammel campaign check names what is wrong"});
     }
+    const Machine& machine = campaign.machine;
+    const bool turns = machine.measured[2] && machine.kind->n_chains == kChains;
     for (Reading& r : campaign.readings) {
-      if (r.measured) r.measured = in_robot_frame(*frame, *r.measured);
+      if (!r.measured) continue;
+      const double phi_rad = r.measured->phi_rad;
+      r.measured = in_robot_frame(*frame, *r.measured);
+      if (!turns) r.measured->phi_rad = phi_rad;
     }
     admitted.frame = fmt::format(
         "registered on the targets: readings were turned by {:.6g} deg and shifted by ({:.6g}, "
@@ -157,7 +164,10 @@ ExitCode import_campaign(const Import& import, const CampaignImportOptions& opti
     context.print((import.text ? import.text() : "") +
                   imported_text(result, options.dry_run, campaign) + admitted.text());
   }
-  if (!options.dry_run) context.next("trammel " + import.next + " " + shell_word(campaign.name));
+  if (!options.dry_run)
+    context.next((import.next.empty() ? first_calibration(campaign.machine)
+                                      : "trammel " + import.next + " ") +
+                 shell_word(campaign.name));
   return ExitCode::ok;
 }
 

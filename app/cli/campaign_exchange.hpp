@@ -47,7 +47,7 @@ struct Import {
   std::function<store::ImportResult(store::Connection&)> store_it;
   std::function<std::string()> text = {};  // what was read, before "imported campaign bench: …"
   std::function<void(Json&)> add_fields = {};  // to the answer in JSON
-  std::string next = "calibrate lsq";          // command that goes on with the campaign
+  std::string next = {};  // command that goes on with the campaign; empty: a first calibration
   std::vector<std::pair<int, int>> held = {};  // epochs between which the set-up held
 };
 /// Through the door, into the database, and the answer. A dry run makes every check of it, and

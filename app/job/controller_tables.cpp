@@ -85,6 +85,15 @@ ControllerTables controller_tables(const Correction& correction, const NominalMa
       }
     }
   }
+  if (2 * tables.n_unreachable > tables.n_targets) {  // zeros would stand where nothing is known
+    throw InputError(
+        {.what = "most targets of the table's grid are out of reach",
+         .where = {.field = "--half-width-mm"},
+         .got = fmt::format("{:g} mm, {} of {} targets out of reach", grid.half_width_mm,
+                            tables.n_unreachable, tables.n_targets),
+         .expected = "a grid within what the machine reaches",
+         .hint = "--half-width-mm, --step-mm and --knot-mm say how large it is"});
+  }
   for (std::size_t i = 0; i < n; ++i) tables.drives.push_back(tables_of(up[i], down[i], knot_mm));
   return tables;
 }

@@ -325,10 +325,13 @@ namespace {
 /// Less where the method comes first, by a rule that does not look at what is left of the errors:
 /// the contest's pick, a model whose diagnosis is `explained`, least squares, then the others from
 /// the most physical to the least.
-std::ptrdiff_t rank_of(const Report& report, const std::string& method) {
+std::ptrdiff_t rank_of(const Report& report, const ErrorTable& table) {
+  const std::string& method = table.method;
   constexpr std::array<std::string_view, 7> kOrder = {"lsq", "geometry", "hybrid", "gp",
                                                       "rbf", "idw",      kModel};
-  const bool explained = !report.story.empty() && report.story.back().verdict == "explained";
+  // where the diagnosis is not in this database, a model that was driven by is trusted
+  const bool explained =
+      report.story.empty() ? !table.after_predicted : report.story.back().verdict == "explained";
   if (method == "contest" || method == report.picked) return -2;
   if (method == kModel && explained) return -1;
   return std::ranges::find(kOrder, method) - kOrder.begin();
@@ -337,7 +340,7 @@ std::ptrdiff_t rank_of(const Report& report, const std::string& method) {
 /// More where a reader should look first.
 auto worth(const Report& report, const ErrorTable& table) {
   return std::tuple(table.standing == Standing::unseen, table.standing == Standing::fitted,
-                    !table.after_predicted, -rank_of(report, table.method), table.before.n);
+                    !table.after_predicted, -rank_of(report, table), table.before.n);
 }
 
 std::string words_for(const Report& report, const ErrorTable& best) {

@@ -257,8 +257,9 @@ std::optional<LookAlike> best_rails(const ResidualSpace& space, const Setting& p
         kPriceOfName + kPriceOfParameter + (n - 1) * (kPriceOfFurther + 2 * std::log(kChains));
     const double evidence =
         seen.squaredNorm() - price - kind.rarity - (place.seen.squaredNorm() - place.price);
-    // Nearly the same signal is no rival; one with a name that does better is what is there.
-    const double share = kind.shape.effect != nullptr && evidence > 0 ? 0 : kSameSignal;
+    // Nearly the same signal is no rival; one with a name that does far better is what is there.
+    const double share =
+        kind.shape.effect != nullptr && evidence > kEvidence20To1 ? 0 : kSameSignal;
     const double apart = std::max(kTellApart, share * place.seen.squaredNorm());
     if ((distinct < apart && !kind.always) || (found && evidence <= found->evidence)) continue;
     found = LookAlike{

@@ -288,7 +288,8 @@ class Search {
     return commands_.size() >= static_cast<std::size_t>(kFewestScreened);
   }
 
-  std::vector<Suspicion> found() {
+  /// `last_resort`: with what fits many things.
+  std::vector<Suspicion> found(bool last_resort) {
     Displacements mean = Displacements::Zero();
     const auto n = static_cast<double>(commands_.size());
     for (const Displacements& c : commands_) mean += c / n;
@@ -315,6 +316,7 @@ class Search {
     shifted_rows();
     if (poses_lie) of_poses();
     if (fitted_.empty() && !lie_.similar()) of_columns();
+    if (last_resort && fitted_.empty() && !lie_.similar()) of_micrometres();
     if (robot_lies) of_wires();
     if (commands_lie && !(poses_lie && of_measured_.whole_mm < of_targets_.whole_mm)) of_commands();
     other_lengths();
@@ -381,7 +383,8 @@ class Search {
       for (const Pose& p : wrong) right.push_back(l.back(p));
       const double left_mm = off_mm(targets ? measured_ : targets_, right);
       consider(parts.front().kind, what, left_mm, l.off_mm, kLie, INFINITY);
-      if (fitted_.empty() && parts.front().kind == Mistake::radians && parts.size() == 1) {
+      if (fitted_.empty() && parts.front().kind == Mistake::radians && parts.size() == 1 &&
+          l.angle.is_fitted()) {
         fitted_.push_back({{Mistake::radians, what,
                             printed("they are %.4g +- %.2g times those of the targets",
                                     l.angle.fitted_slope, l.angle.slope_error)},
@@ -404,7 +407,6 @@ class Search {
                  off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
       }
     }
-    if (fitted_.empty()) of_micrometres();
   }
 
   /// Whatever is small lies on its target; errors of a machine also follow the place smoothly.
@@ -578,11 +580,19 @@ class Search {
     }
   }
 
+  /// Shifted by so many rows most poses would be others', and enough are left: a plan that is
+  /// walked again has the same targets some rows later.
+  [[nodiscard]] bool moves_targets(int by) const {
+    const std::vector<double> off = distances_mm(targets_, targets_, by);
+    const auto others = std::ranges::count_if(off, [](double mm) { return mm > kMostShiftedMm; });
+    return others >= kFewestScreened && 2 * others > std::ssize(off) &&
+           2 * off.size() >= targets_.size();
+  }
+
   void shifted_rows() {
     const double now_mm = lie_.off_mm;
     for (int by = -kMostRows; by <= kMostRows; ++by) {
-      if (by == 0 || commands_.size() < static_cast<std::size_t>(kFewestScreened + std::abs(by)))
-        continue;
+      if (by == 0 || !moves_targets(by)) continue;
       const std::string rows =
           std::to_string(std::abs(by)) + (std::abs(by) == 1 ? " row" : " rows");
       const auto stand = [&](const char* what, bool late) {
@@ -593,11 +603,11 @@ class Search {
       const bool targets = of_measured_.whole_mm < of_targets_.whole_mm;
       consider(Mistake::shifted_rows,
                targets ? stand("targets", by < 0) : stand("measured poses", by > 0), poses_mm,
-               now_mm, kLie, INFINITY);
+               now_mm, kLie, kMostShiftedMm);
       if (poses_mm * kFarBetter < now_mm || of_targets_.whole_mm < kNothingMm) continue;
       consider(Mistake::shifted_rows, stand("commands", by < 0),
                distance({solver_}, commands_, targets_, by).whole_mm, of_targets_.whole_mm,
-               "commands fit the inverse kinematics of the targets", INFINITY);
+               "commands fit the inverse kinematics of the targets", kMostShiftedMm);
     }
   }
 
@@ -657,9 +667,9 @@ Campaign completed(const Campaign& campaign) {
   return all;
 }
 
-std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign) {
+std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign, bool last_resort) {
   Search search(completed(campaign));
-  return search.enough() ? search.found() : std::vector<Suspicion>{};
+  return search.enough() ? search.found(last_resort) : std::vector<Suspicion>{};
 }
 
 std::vector<Suspicion> gross_mistakes_of_few(const Campaign& as_measured) {
@@ -760,7 +770,9 @@ std::vector<Suspicion> gross_mistakes_of_few(const Campaign& as_measured) {
   return found;
 }
 
-std::optional<FrameMove> fitted_frame(const Campaign& campaign) {
+std::optional<FrameMove> fitted_frame(const Campaign& as_measured) {
+  const Campaign campaign = completed(as_measured);
+  const bool turns = campaign.machine.measured[2] && campaign.machine.kind->n_chains == kChains;
   Poses targets, measured;
   for (const Reading& r : campaign.readings) {
     if (!r.measured) continue;
@@ -773,7 +785,7 @@ std::optional<FrameMove> fitted_frame(const Campaign& campaign) {
     if (part.kind != Mistake::frame_turned && part.kind != Mistake::frame_shifted)
       return std::nullopt;
   }
-  if (std::abs(wrapped(free.angle.offset_rad - free.place.turn_rad)) > kMostTurnedRad)
+  if (turns && std::abs(wrapped(free.angle.offset_rad - free.place.turn_rad)) > kMostTurnedRad)
     return std::nullopt;  // positions alone are turned
   const Similarity rigid = similarity(points_of(targets, measured), false, true);
   if (rigid.left_mm > kSimilarShare * std::max(free.width_mm, kNarrowMm)) return std::nullopt;

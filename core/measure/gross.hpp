@@ -24,7 +24,8 @@ namespace trammel {
 /// Limits: kMostTurnedRad, kMostShiftedMm and kMostScaled below are far beyond what machining and
 /// alignment leave and what a model of the geometry takes up: a lead of 25.4 for 25 scales
 /// by 1.016. Proof: tests/core/measure/screen_test.cpp.
-std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign);
+/// `last_resort`: with deviations in micrometres, which fit whatever is smooth.
+std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign, bool last_resort = false);
 
 /// The same, and where no mistake of all readings is named those of a part of them: one set, one
 /// epoch, or the rows that lie five times as far from their targets as the others (two exports in

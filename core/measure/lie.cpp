@@ -10,9 +10,7 @@ namespace trammel::poses {
 
 namespace {
 
-constexpr double kOneSlope = 0.03;  // two slopes are one unit's: geometry turns phi by less
-constexpr double kSure = 6;         // standard errors of a fitted slope
-constexpr double kArmMm = 100;      // an orientation counts by what it moves at this arm
+constexpr double kArmMm = 100;  // an orientation counts by what it moves at this arm
 
 double width_of(const std::vector<Complex>& points) {
   std::vector<double> x, y;
@@ -97,14 +95,10 @@ AngleFit angles(const Poses& from, const Poses& to) {
   fit_slope(from, to, best);
   if (best.slope != 1) return best;
   for (const AngleUnit& unit : kAngleUnits) {
-    const double off = std::abs(best.fitted_slope - unit.slope);
-    if (off > kOneSlope * unit.slope || best.slope_error > kOneSlope * unit.slope ||
-        best.slope_error * kSure > std::abs(unit.slope - 1))
-      continue;
     AngleFit fit = angles(from, to, unit.slope, true);
     fit.fitted_slope = best.fitted_slope;
     fit.slope_error = best.slope_error;
-    return fit;
+    if (fit.is_fitted()) return fit;
   }
   for (const double slope : {rad_from_deg(1), deg_from_rad(1)}) {  // at one orientation
     const AngleFit fit = angles(from, to, slope, false);

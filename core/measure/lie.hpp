@@ -67,6 +67,13 @@ struct AngleFit {
   double offset_rad = 0;
   double left_rad = 0;                              // robust, in angles of `from`
   double fitted_slope = 1, slope_error = INFINITY;  // by least squares, and its standard error
+
+  /// The slope is that of the unit beyond doubt: no geometry turns phi by so much.
+  [[nodiscard]] bool is_fitted() const {
+    constexpr double kOneSlope = 0.015, kSure = 6;
+    return std::abs(fitted_slope - slope) < kOneSlope * slope && slope_error < kOneSlope * slope &&
+           slope_error * kSure < std::abs(slope - 1);
+  }
 };
 
 struct Lie {

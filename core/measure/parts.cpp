@@ -80,16 +80,13 @@ std::vector<CampaignPart> campaign_parts(const Campaign& campaign) {
 
 bool is_named(const Suspicion& s) { return s.kind != Mistake::mechanism; }
 
-}  // namespace
-
-std::vector<Suspicion> gross_mistakes(const Campaign& campaign) {
-  std::vector<Suspicion> whole = gross_mistakes_of_all(campaign);
-  if (std::ranges::any_of(whole, is_named)) return whole;
+/// Of the first part that has one.
+std::vector<Suspicion> mistakes_of_a_part(const Campaign& campaign, bool last_resort) {
   for (const CampaignPart& part : campaign_parts(campaign)) {
     Campaign some = campaign;
     std::erase_if(some.readings, [&](const Reading& r) { return !part.seqs.contains(r.seq); });
     if (some.readings.size() == campaign.readings.size()) continue;
-    std::vector<Suspicion> found = gross_mistakes_of_all(some);
+    std::vector<Suspicion> found = gross_mistakes_of_all(some, last_resort);
     std::erase_if(found, [&](const Suspicion& s) {
       const bool frame = s.kind == Mistake::frame_turned || s.kind == Mistake::frame_shifted;
       return !is_named(s) || (frame && part.own_frame);
@@ -100,6 +97,19 @@ std::vector<Suspicion> gross_mistakes(const Campaign& campaign) {
       s.seqs.assign(part.seqs.begin(), part.seqs.end());
     }
     return found;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<Suspicion> gross_mistakes(const Campaign& campaign) {
+  std::vector<Suspicion> whole;
+  for (const bool last_resort : {false, true}) {
+    whole = gross_mistakes_of_all(campaign, last_resort);
+    if (std::ranges::any_of(whole, is_named)) return whole;
+    std::vector<Suspicion> found = mistakes_of_a_part(campaign, last_resort);
+    if (!found.empty()) return found;
   }
   return whole;
 }

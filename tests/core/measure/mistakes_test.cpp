@@ -136,6 +136,21 @@ TEST_CASE("a mistake in one column, or in the rows of one export, is named", "[m
   check_named(shifted, "shifted_rows");
 }
 
+TEST_CASE("a small plan that is walked again under a correction is no shift of rows", "[measure]") {
+  Campaign campaign = hide({"lead_scale"}, 300, 66).campaign;
+  std::erase_if(campaign.readings, [](const Reading& r) { return r.seq > 60; });
+  std::vector<Reading> judge(campaign.readings.begin(), campaign.readings.begin() + 9);
+  for (const bool corrected : {false, true}) {
+    for (Reading r : judge) {
+      r.seq = static_cast<int>(campaign.readings.size()) + 1;
+      r.set = ReadingSet::validate;
+      if (corrected) r.measured = r.target;
+      campaign.readings.push_back(r);
+    }
+  }
+  CHECK(kinds_of(campaign).empty());
+}
+
 TEST_CASE("no part of a sound campaign is suspected: 0 of 60", "[measure]") {
   for (std::uint64_t seed = 7100; seed < 7160; ++seed) {
     const Design design{.name = seed % 2 == 0 ? "rich" : "paper",
