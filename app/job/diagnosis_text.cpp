@@ -207,9 +207,11 @@ std::string effect_text(const char* word, const Json& e) {
   text += line("", fmt::format("{:.1f} % of what was explained, {}",
                                100 * e["share_of_gap"].get<double>(), p_text(e["p"])));
   for (const Json& p : e["parameters"]) {
-    text += fmt::format("{}{:<5} = {:>12.5g} +- {} (1 sigma){}\n", kIndent,
-                        p["name"].get<std::string>(), p["value"].get<double>(),
-                        with_unit(p["std"], p["unit"]),
+    const bool chosen = p["std"] == 0.0;  // among some, not fitted
+    text += fmt::format("{}{:<5} = {:>12.5g} {}{}\n", kIndent, p["name"].get<std::string>(),
+                        p["value"].get<double>(),
+                        chosen ? p["unit"].get<std::string>() + " (the best that was tried)"
+                               : "+- " + with_unit(p["std"], p["unit"]) + " (1 sigma)",
                         p.contains("unusual") ? "  unusual: outside its usual range" : "");
   }
   return text;
