@@ -16,6 +16,7 @@
 #include "app/job/screening.hpp"
 #include "app/terminal/counted.hpp"
 #include "core/measure/gross.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 #include "core/units.hpp"
 #include "store/open.hpp"
 #include "store/transaction.hpp"
@@ -121,13 +122,10 @@ Admitted admitted_at_door(const Import& import, const CampaignImportOptions& opt
                         .where = {.field = "--frame"},
                         .hint = "trammel campaign check names what is wrong"});
     }
-    const Machine& machine = campaign.machine;
-    const bool turns = machine.measured[2] && machine.kind->n_chains == kChains;
+    const NominalMachine machine(campaign.machine);
     for (Reading& r : campaign.readings) {
-      if (!r.measured) continue;
-      const double phi_rad = r.measured->phi_rad;
-      r.measured = in_robot_frame(*frame, *r.measured);
-      if (!turns) r.measured->phi_rad = phi_rad;
+      if (r.measured)
+        r.measured = machine.measured_else(in_robot_frame(*frame, *r.measured), *r.measured);
     }
     admitted.frame = fmt::format(
         "registered on the targets: readings were turned by {:.6g} deg and shifted by ({:.6g}, "

@@ -22,9 +22,7 @@ struct Counted {
 
   /// As tables and stored statistics call it.
   [[nodiscard]] const char* name() const {
-    return standing == Standing::unknown_epoch ? kNewEpoch
-           : set == ReadingSet::validate       ? "validate"
-                                               : "identify";
+    return standing == Standing::unknown_epoch ? kNewEpoch : store::name_of(set);
   }
 };
 

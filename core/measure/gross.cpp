@@ -4,10 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <functional>
-#include <numeric>
 
 #include "core/measure/bad_readings.hpp"
+#include "core/measure/drive_hypotheses.hpp"
 #include "core/measure/lie.hpp"
 #include "core/measure/printed.hpp"
 #include "core/mechanism/machine_solver.hpp"
@@ -23,7 +22,6 @@ namespace {
 constexpr double kNearlyAll = 0.95;          // ends of lines too, which a shifted frame leaves
 constexpr double kNearlyAllOfNormal = 1.96;  // |N(0, 1)| stays below it in 95 %
 constexpr double kAlike = 2;                 // two that fit within this factor are both named
-constexpr double kNothingMm = 0.02;          // closer than this two hypotheses fit equally well
 constexpr double kMostUnreachable = 0.2;     // of the readings
 constexpr double kNoNoiseMm = 1e-3;          // closer to the plan than any measurement comes
 constexpr double kOneUnit = 0.02;            // two scales are one unit
@@ -41,33 +39,8 @@ constexpr double kSmoothShare = 0.5;  // of their spread: what a smooth field le
 constexpr int kMostRows = 10;         // that columns may be shifted by
 
 using Commands = std::vector<Displacements>;
-using Displaced = std::optional<Displacements>;
 
 // --- commands against poses -----------------------------------------------------------------
-
-/// What the inverse kinematics make of a pose, and what the drives make of that.
-struct Model {
-  MachineSolver solver;
-  bool other_branch = false;
-  std::function<Displacements(const Displacements&)> drives = [](const Displacements& l) {
-    return l;
-  };
-};
-
-/// (4) of inverse.hpp with the branch asked for: the plus sign is the other working mode.
-Displaced displacements_at(const Model& model, const Pose& pose) {
-  const InverseResult at = model.solver.drives(pose);
-  if (!at.ok()) return std::nullopt;
-  Displacements l = at.l_mm;
-  if (!model.other_branch) return model.drives(l);
-  const Geometry geometry = geometry_of(model.solver.machine());
-  for (int i = 0; i < kChains; ++i) {
-    const Chain& chain = geometry.chains[static_cast<std::size_t>(i)];
-    // Q.u - root becomes Q.u + root; the link's angle says the root: S cos(alpha - theta)
-    l[i] += 2 * chain.S_mm * std::cos(chain.alpha_rad - at.theta_rad[i]);
-  }
-  return model.drives(l);
-}
 
 /// Commands less the inverse kinematics of poses, over all drives.
 struct Distance {
@@ -78,7 +51,8 @@ struct Distance {
 
 /// Infinite where too many of the poses are out of reach. Row k of the commands goes with row
 /// k + shift of the poses.
-Distance distance(const Model& model, const Commands& commands, const Poses& poses, int shift = 0) {
+Distance distance(const DriveModel& model, const Commands& commands, const Poses& poses,
+                  int shift = 0) {
   const int n_drives = model.solver.machine().kind->n_chains;
   std::array<std::vector<double>, kChains> off;
   std::size_t reached = 0, asked = 0;
@@ -193,64 +167,7 @@ std::vector<Part> parts_of(const Lie& l, const std::string& column) {
   return parts;
 }
 
-std::string drives_in_words(const std::vector<int>& drives) {
-  std::string text;
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    if (i > 0) text += i + 1 == drives.size() ? " and " : ", ";
-    text += std::to_string(drives[i] + 1);
-  }
-  return text;
-}
-
 // --- hypotheses -----------------------------------------------------------------------------
-
-struct Hypothesis {
-  Mistake kind;
-  std::string what;
-  Model model;
-};
-
-bool is_prr(const MachineSolver& solver) { return solver.machine().kind->chain == &kPrrChain; }
-
-std::vector<Hypothesis> of_drives(const MachineSolver& solver) {
-  const int n = solver.machine().kind->n_chains;
-  std::vector<Hypothesis> all;
-  std::array<int, kChains> order;
-  std::iota(order.begin(), order.end(), 0);
-  while (std::next_permutation(order.begin(), order.begin() + n)) {
-    std::vector<int> moved;
-    for (int i = 0; i < kChains; ++i) {
-      if (order[static_cast<std::size_t>(i)] != i) moved.push_back(i);
-    }
-    all.push_back({Mistake::drives_swapped,
-                   "drives " + drives_in_words(moved) +
-                       (moved.size() == 2 ? " are swapped" : " have changed places"),
-                   {.solver = solver, .drives = [order](const Displacements& l) {
-                      return Displacements(l[order[0]], l[order[1]], l[order[2]]);
-                    }}});
-  }
-  for (unsigned signs = 1; signs < 1U << n; ++signs) {
-    Displacements sign = Displacements::Ones();
-    std::vector<int> reversed;
-    for (int i = 0; i < kChains; ++i) {
-      if ((signs >> i & 1U) == 0) continue;
-      sign[i] = -1;
-      reversed.push_back(i);
-    }
-    const bool one = reversed.size() == 1;
-    all.push_back({Mistake::drive_reversed,
-                   (one ? "drive " : "drives ") + drives_in_words(reversed) +
-                       (one ? " counts backwards" : " count backwards"),
-                   {.solver = solver, .drives = [sign](const Displacements& l) {
-                      return Displacements(sign.cwiseProduct(l));  // its zero is a constant
-                    }}});
-  }
-  if (!is_prr(solver)) return all;
-  all.push_back({Mistake::working_mode,
-                 "the links stand in the other working mode",
-                 {.solver = solver, .other_branch = true}});
-  return all;
-}
 
 /// One length of all chains.
 struct Length {
@@ -266,11 +183,6 @@ MachineSolver longer(Geometry geometry, const Length& length, double by_mm) {
 }
 
 constexpr const char* kLie = "measured poses lie on the targets";
-
-struct Fitted {
-  Suspicion suspicion;
-  double left_mm;
-};
 
 class Search {
  public:
@@ -463,7 +375,7 @@ class Search {
 
   /// What the machine did, by its readings.
   void of_wires() {
-    for (const Hypothesis& h : of_drives(solver_)) {
+    for (const DriveHypothesis& h : hypotheses_of_drives(solver_)) {
       consider(h.kind, h.what, distance(h.model, commands_, measured_).scatter_mm,
                of_measured_.scatter_mm, "commands fit the inverse kinematics of the readings",
                kSoundShare * spread_mm_);
@@ -475,7 +387,7 @@ class Search {
     constexpr const char* kFit = "commands fit the inverse kinematics of the targets";
     const double bound_mm = std::min(kSoundShare * spread_mm_, kMostShiftedMm);
     const double now_mm = of_targets_.whole_mm;
-    for (const Hypothesis& h : of_drives(solver_)) {
+    for (const DriveHypothesis& h : hypotheses_of_drives(solver_)) {
       consider(h.kind, h.what, distance(h.model, commands_, targets_).scatter_mm,
                of_targets_.scatter_mm, kFit, bound_mm);
     }
@@ -615,10 +527,11 @@ class Search {
   static std::string column_of(const Suspicion& s) { return s.what.substr(0, s.what.find(' ')); }
 
   std::vector<Suspicion> chosen(bool robot_lies, bool commands_lie) {
-    std::stable_sort(fitted_.begin(), fitted_.end(),
-                     [](const Fitted& a, const Fitted& b) { return a.left_mm < b.left_mm; });
+    std::stable_sort(
+        fitted_.begin(), fitted_.end(),
+        [](const FittedMistake& a, const FittedMistake& b) { return a.left_mm < b.left_mm; });
     std::vector<Suspicion> all;
-    for (const Fitted& f : fitted_) {
+    for (const FittedMistake& f : fitted_) {
       if (f.left_mm > kAlike * fitted_.front().left_mm || all.size() == 2) break;
       const bool named = std::any_of(all.begin(), all.end(), [&](const Suspicion& s) {
         return s.kind == f.suspicion.kind && column_of(s) == column_of(f.suspicion);
@@ -646,7 +559,7 @@ class Search {
   double spread_mm_ = 0;
   Distance of_measured_, of_targets_;
   Lie lie_;
-  std::vector<Fitted> fitted_;
+  std::vector<FittedMistake> fitted_;
 };
 
 }  // namespace
@@ -670,104 +583,6 @@ Campaign completed(const Campaign& campaign) {
 std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign, bool last_resort) {
   Search search(completed(campaign));
   return search.enough() ? search.found(last_resort) : std::vector<Suspicion>{};
-}
-
-std::vector<Suspicion> gross_mistakes_of_few(const Campaign& as_measured) {
-  const Campaign campaign = completed(as_measured);
-  struct Undo {
-    Mistake kind;
-    const char* what;
-    Pose (*pose)(const Pose& measured, const Pose& target);
-  };
-  constexpr std::array<Undo, 9> kUndo = {{
-      {Mistake::scale, "measured x and y are metres",
-       [](const Pose& p, const Pose&) {
-         return Pose{1e3 * p.x_mm, 1e3 * p.y_mm, p.phi_rad};
-       }},
-      {Mistake::scale, "measured x and y are inches",
-       [](const Pose& p, const Pose&) {
-         return Pose{25.4 * p.x_mm, 25.4 * p.y_mm, p.phi_rad};
-       }},
-      {Mistake::frame_mirrored, "x has the wrong sign",
-       [](const Pose& p, const Pose&) {
-         return Pose{-p.x_mm, p.y_mm, p.phi_rad};
-       }},
-      {Mistake::frame_mirrored, "y has the wrong sign",
-       [](const Pose& p, const Pose&) {
-         return Pose{p.x_mm, -p.y_mm, p.phi_rad};
-       }},
-      {Mistake::frame_mirrored, "x and y have changed places",
-       [](const Pose& p, const Pose&) {
-         return Pose{p.y_mm, p.x_mm, p.phi_rad};
-       }},
-      {Mistake::frame_turned, "the frame is turned by 90 deg",
-       [](const Pose& p, const Pose&) {
-         return Pose{p.y_mm, -p.x_mm, p.phi_rad};
-       }},
-      {Mistake::frame_turned, "the frame is turned by -90 deg",
-       [](const Pose& p, const Pose&) {
-         return Pose{-p.y_mm, p.x_mm, p.phi_rad};
-       }},
-      {Mistake::frame_turned, "the frame is turned by 180 deg",
-       [](const Pose& p, const Pose&) {
-         return Pose{-p.x_mm, -p.y_mm, p.phi_rad};
-       }},
-      {Mistake::deviations, "deviations from the targets stand in place of measured poses",
-       [](const Pose& p, const Pose& t) {
-         return Pose{p.x_mm + t.x_mm, p.y_mm + t.y_mm, 0};
-       }},
-  }};
-  constexpr double kTenth = 0.1;  // of few readings a fifth is chance
-  std::vector<Fitted> fitted;
-  const auto consider = [&](Mistake kind, std::string what, double left_mm, double now_mm) {
-    if (!(left_mm < kCloseMm && left_mm < kTenth * now_mm)) return;
-    fitted.push_back({{kind, std::move(what),
-                       printed("within %.2g mm so, within %.3g mm as they are", left_mm, now_mm)},
-                      std::max(left_mm, kNothingMm)});
-  };
-  const auto farthest = [&](const auto& off_of) {
-    double most = 0;
-    for (const Reading& r : campaign.readings) {
-      if (r.measured) most = std::max(most, off_of(r));
-    }
-    return most;
-  };
-  const auto apart = [](const Pose& p, const Pose& t) {
-    return std::abs(place_of(p) - place_of(t));
-  };
-  const double now_mm = farthest([&](const Reading& r) { return apart(*r.measured, r.target); });
-  for (const Undo& undo : kUndo) {
-    consider(undo.kind, undo.what, farthest([&](const Reading& r) {
-               return apart(undo.pose(*r.measured, r.target), r.target);
-             }),
-             now_mm);
-  }
-  const MachineSolver solver(campaign.machine);
-  const InverseResult home = solver.drives(solver.machine().home);
-  if (!home.ok()) return {};
-  const auto in_drives = [&](const Model& model) {
-    return farthest([&](const Reading& r) {
-      const Displaced l = displacements_at(model, *r.measured);
-      const Displaced at_home = displacements_at(model, solver.machine().home);
-      if (!l || !at_home) return static_cast<double>(INFINITY);
-      // From home on: what a drive counts there is not known.
-      const Displacements way = *l - *at_home - (r.conditions.cmd_mm - home.l_mm);
-      return way.cwiseAbs().maxCoeff();
-    });
-  };
-  const double drives_now_mm = in_drives({solver});
-  for (const Hypothesis& h : of_drives(solver)) {
-    if (h.kind != Mistake::working_mode)
-      consider(h.kind, h.what, in_drives(h.model), drives_now_mm);
-  }
-  std::stable_sort(fitted.begin(), fitted.end(),
-                   [](const Fitted& a, const Fitted& b) { return a.left_mm < b.left_mm; });
-  std::vector<Suspicion> found;
-  for (const Fitted& f : fitted) {
-    if (found.size() < 2 && (found.empty() || found.front().kind != f.suspicion.kind))
-      found.push_back(f.suspicion);
-  }
-  return found;
 }
 
 std::optional<FrameMove> fitted_frame(const Campaign& as_measured) {

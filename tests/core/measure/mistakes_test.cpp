@@ -151,6 +151,25 @@ TEST_CASE("a small plan that is walked again under a correction is no shift of r
   CHECK(kinds_of(campaign).empty());
 }
 
+TEST_CASE("the frame of a stage without an orientation is fitted by its places", "[measure]") {
+  const Campaign clean = hide({}, 0, 67, design_of("XY")).campaign;
+  const double turn = rad_from_deg(30);
+  const Campaign turned = with_poses(clean, [turn](const Pose& p) {
+    return Pose{std::cos(turn) * p.x_mm - std::sin(turn) * p.y_mm + 12,
+                std::sin(turn) * p.x_mm + std::cos(turn) * p.y_mm - 7, p.phi_rad};
+  });
+  const auto own = fitted_frame(clean), frame = fitted_frame(turned);
+  REQUIRE(own);
+  REQUIRE(frame);
+  CHECK_THAT(frame->turn_rad - own->turn_rad, WithinAbs(turn, 1e-9));
+  for (std::size_t k = 0; k < clean.readings.size(); ++k) {
+    const Pose a = in_robot_frame(*own, *clean.readings[k].measured);
+    const Pose b = in_robot_frame(*frame, *turned.readings[k].measured);
+    CHECK_THAT(b.x_mm, WithinAbs(a.x_mm, 1e-9));
+    CHECK_THAT(b.y_mm, WithinAbs(a.y_mm, 1e-9));
+  }
+}
+
 TEST_CASE("no part of a sound campaign is suspected: 0 of 60", "[measure]") {
   for (std::uint64_t seed = 7100; seed < 7160; ++seed) {
     const Design design{.name = seed % 2 == 0 ? "rich" : "paper",
