@@ -8,30 +8,19 @@
 
 #include "app/cli/next_step.hpp"
 #include "app/files/campaign_file.hpp"
+#include "app/files/stored_campaign.hpp"
 #include "app/job/screening.hpp"
 #include "app/terminal/counted.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
-#include "store/session.hpp"
 
 namespace trammel::cli {
 
 namespace {
 
-struct Looked {
-  Campaign campaign;
-  std::vector<std::pair<int, int>> held;
-  bool stored = false;
-};
-
-Looked look_at_campaign(const std::string& what, const Context& context) {
-  if (std::filesystem::exists(what)) {
-    const CampaignFile file = read_campaign(what);
-    return {baseline_of(file), held_epochs_of(file), false};
-  }
+CampaignFile stored_under(const std::string& name, const Context& context) {
   store::Connection db = store::open(context.db(), store::Access::read_only);
-  const store::Id id = store::require_campaign_id(db, what);
-  return {store::load_campaign(db, id).campaign, store::held_epochs(db, id), true};
+  return stored_campaign(db, store::require_campaign(db, name));
 }
 
 ExitCode answer(const std::vector<Suspicion>& found) {
@@ -47,8 +36,11 @@ ExitCode answer(const std::vector<Suspicion>& found) {
 }  // namespace
 
 ExitCode run_campaign_check(const CampaignCheckOptions& options, Context& context) {
-  const auto [campaign, held, stored] = look_at_campaign(options.campaign, context);
-  const std::vector<Suspicion> found = screened(campaign, held);
+  const bool stored = !std::filesystem::exists(options.campaign);
+  const CampaignFile file =
+      stored ? stored_under(options.campaign, context) : read_campaign(options.campaign);
+  const Campaign& campaign = file.campaign;
+  const std::vector<Suspicion> found = screened(file);
   const ExitCode code = answer(found);
   const char* verdict = code == ExitCode::ok               ? "sound"
                         : code == ExitCode::not_acceptable ? "doubtful"

@@ -137,7 +137,7 @@ Admitted admitted_at_door(const Import& import, const CampaignImportOptions& opt
     r.target.phi_rad = near_target_rad(r.target.phi_rad, campaign.machine.home.phi_rad);
     if (r.measured) r.measured->phi_rad = near_target_rad(r.measured->phi_rad, r.target.phi_rad);
   }
-  admitted.findings = screened(campaign, import.held);
+  admitted.findings = import.screen ? import.screen() : screened(campaign);
   require_sound(campaign, admitted.findings,
                 "`trammel campaign check` and `trammel diagnose --from` show it too");
   return admitted;
@@ -178,7 +178,7 @@ ExitCode run_campaign_import(const CampaignImportOptions& options, Context& cont
   return import_campaign(
       {.campaign = file.campaign,
        .store_it = [&file](store::Connection& db) { return store_campaign(db, file); },
-       .held = held_epochs_of(file)},
+       .screen = [&file] { return screened(file); }},
       options, context);
 }
 

@@ -48,7 +48,7 @@ struct Import {
   std::function<std::string()> text = {};  // what was read, before "imported campaign bench: …"
   std::function<void(Json&)> add_fields = {};  // to the answer in JSON
   std::string next = {};  // command that goes on with the campaign; empty: a first calibration
-  std::vector<std::pair<int, int>> held = {};  // epochs between which the set-up held
+  std::function<std::vector<Suspicion>()> screen = {};  // empty: of the campaign, all baseline
 };
 /// Through the door, into the database, and the answer. A dry run makes every check of it, and
 /// rolls all of it back.

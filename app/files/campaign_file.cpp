@@ -52,7 +52,9 @@ FileSession read_session(Fields& fields) {
   if (session.n_points < 0) fields.refuse("n_points", "a negative number of points");
   if (fields.has("held_epochs")) {
     for (const double number : fields.numbers("held_epochs")) {
-      session.held_epochs.push_back(static_cast<int>(number));
+      const int epoch = static_cast<int>(std::clamp(number, 0.0, 1e9));
+      if (epoch != number) fields.refuse("held_epochs", "an epoch that is no whole number");
+      session.held_epochs.push_back(epoch);
     }
   }
   fields.done();
@@ -103,6 +105,30 @@ std::string read_head(const JsonFile& json, CampaignFile& file) {
   return readings;
 }
 
+std::size_t session_of(const CampaignFile& file, std::size_t reading) {
+  return file.session_of.empty() ? 0 : file.session_of[reading];
+}
+
+std::vector<std::set<int>> epochs_of_sessions(const CampaignFile& file) {
+  std::vector<std::set<int>> epochs(file.sessions.size());
+  for (std::size_t k = 0; k < file.campaign.readings.size(); ++k)
+    epochs[session_of(file, k)].insert(file.campaign.readings[k].conditions.epoch);
+  return epochs;
+}
+
+void require_epochs_held(const CampaignFile& file, const std::string& path) {
+  const std::vector<std::set<int>> epochs = epochs_of_sessions(file);
+  for (std::size_t s = 0; s < file.sessions.size(); ++s) {
+    for (const int epoch : file.sessions[s].held_epochs) {
+      if (epochs[s].contains(epoch)) continue;
+      throw InputError({.what = "an epoch in which the session has no reading",
+                        .where = {.file = path, .field = "sessions.held_epochs"},
+                        .got = std::to_string(epoch),
+                        .expected = "epochs of session " + file.sessions[s].name});
+    }
+  }
+}
+
 /// campaign/1 does not say what was measured under a correction: those rows are a walk of their
 /// own.
 void set_corrected_apart(CampaignFile& file) {
@@ -150,6 +176,14 @@ std::string head_json(const CampaignFile& file) {
   return json.dump(2) + "\n";
 }
 
+/// Neither a visit of a reference point nor excluded.
+bool is_judged(const CampaignFile& file, std::size_t reading) {
+  if (!file.roles.empty() && file.roles[reading].starts_with("reference")) return false;
+  const int seq = file.campaign.readings[reading].seq;
+  return std::ranges::none_of(file.exclusions,
+                              [seq](const auto& exclusion) { return exclusion.first == seq; });
+}
+
 }  // namespace
 
 CampaignFile read_campaign(const std::filesystem::path& folder_or_file) {
@@ -159,6 +193,7 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file) {
   CampaignFile file;
   const std::string readings = read_head(read_json(path), file);
   read_readings_csv(path.parent_path() / readings, file);
+  require_epochs_held(file, path.string());
   if (file.format == 1) set_corrected_apart(file);
   return file;
 }
@@ -167,24 +202,28 @@ Campaign baseline_of(const CampaignFile& file) {
   Campaign campaign = file.campaign;
   campaign.readings.clear();
   for (std::size_t k = 0; k < file.campaign.readings.size(); ++k) {
-    const Reading& reading = file.campaign.readings[k];
-    const FileSession& session = file.sessions[file.session_of.empty() ? 0 : file.session_of[k]];
-    const bool is_reference = !file.roles.empty() && file.roles[k].starts_with("reference");
-    const bool excluded = std::ranges::any_of(
-        file.exclusions, [&](const auto& exclusion) { return exclusion.first == reading.seq; });
-    if (session.compensation.empty() && !is_reference && !excluded) {
-      campaign.readings.push_back(reading);
-    }
+    if (file.sessions[session_of(file, k)].compensation.empty() && is_judged(file, k))
+      campaign.readings.push_back(file.campaign.readings[k]);
   }
   return campaign;
 }
 
-std::vector<std::pair<int, int>> held_epochs_of(const CampaignFile& file) {
-  std::vector<std::set<int>> epochs(file.sessions.size());
-  for (std::size_t k = 0; k < file.campaign.readings.size(); ++k) {
-    const std::size_t session = file.session_of.empty() ? 0 : file.session_of[k];
-    epochs[session].insert(file.campaign.readings[k].conditions.epoch);
+std::vector<Suspicion> screened(const CampaignFile& file) {
+  std::vector<CorrectedWalk> corrected;
+  for (std::size_t s = 0; s < file.sessions.size(); ++s) {
+    if (file.sessions[s].compensation.empty()) continue;
+    CorrectedWalk walk{.name = file.sessions[s].name, .readings = {}};
+    for (std::size_t k = 0; k < file.campaign.readings.size(); ++k) {
+      if (session_of(file, k) == s && is_judged(file, k))
+        walk.readings.push_back(file.campaign.readings[k]);
+    }
+    corrected.push_back(std::move(walk));
   }
+  return screened(baseline_of(file), held_epochs_of(file), corrected);
+}
+
+std::vector<std::pair<int, int>> held_epochs_of(const CampaignFile& file) {
+  const std::vector<std::set<int>> epochs = epochs_of_sessions(file);
   std::vector<std::pair<int, int>> held;
   for (std::size_t s = 0; s < epochs.size(); ++s) {
     for (const int epoch : file.sessions[s].held_epochs) {

@@ -10,6 +10,7 @@
 
 #include "app/files/files.hpp"
 #include "core/measure/reading.hpp"
+#include "core/measure/screen.hpp"
 
 namespace trammel {
 
@@ -45,6 +46,9 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file);
 
 /// The readings that a calibration takes: of baseline walks, less reference visits and exclusions.
 Campaign baseline_of(const CampaignFile& file);
+
+/// What the screen finds in it: in its baseline, and in each walk under a correction.
+std::vector<Suspicion> screened(const CampaignFile& file);
 
 /// Pairs of epochs between which reference points were found where they had been.
 std::vector<std::pair<int, int>> held_epochs_of(const CampaignFile& file);

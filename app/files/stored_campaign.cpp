@@ -72,8 +72,13 @@ CampaignFile stored_campaign(store::Connection& connection, const store::Campaig
                         .compensation = row.compensation_name,
                         .plan = row.plan_name,
                         .n_points = std::max(row.n_points, row.n_asked)};
+    const auto has_readings = [&](int epoch) {
+      return std::ranges::any_of(readings, [&](const store::StoredReading& r) {
+        return r.session_id == row.id && r.data.reading.conditions.epoch == epoch;
+      });
+    };
     for (const store::Epoch& epoch : store::epochs(connection, row.id)) {
-      if (epoch.held) session.held_epochs.push_back(epoch.number);
+      if (epoch.held && has_readings(epoch.number)) session.held_epochs.push_back(epoch.number);
     }
     file.sessions.push_back(std::move(session));
     roles.merge(roles_of(connection, row, readings));

@@ -325,7 +325,7 @@ Gathered gather(store::Connection& connection, const store::CampaignRow& campaig
   add_budget(report, connection, measured, all.comparisons);
   report.remarks = remarks_on(report);
   report.remarks.insert(report.remarks.end(), left_out.begin(), left_out.end());
-  for (const Suspicion& s : screened(measured.campaign, measured.held)) {
+  for (const Suspicion& s : screened(measured)) {
     if (rule_of(s.kind).gravity != Gravity::remark)
       report.remarks.push_back("The screen: " + in_words(s) + ".");
   }

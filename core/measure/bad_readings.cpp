@@ -16,8 +16,10 @@ namespace trammel {
 
 namespace {
 
-constexpr int kMostDegree = 3;        // geometry and guides bend it no more within noise
-constexpr double kRowsPerTerm = 2.5;  // fewer rows would follow the bad ones
+constexpr int kMostDegree = 3;              // geometry and guides bend it no more within noise
+constexpr double kRowsPerTerm = 2.5;        // fewer rows would follow the bad ones
+constexpr std::size_t kFewestOfField = 8;   // a plane of three terms
+constexpr std::size_t kFewestOfMedian = 5;  // two wrong ones of five leave it where it is
 constexpr double kTurnsRad = rad_from_deg(0.05);  // orientations within it are one
 constexpr int kRounds = 12;                       // a bound: it ends where the set stands still
 constexpr double kWorthALook = 4;        // scales: where none is farther, none bends the field
@@ -26,6 +28,8 @@ constexpr double kLeastSize = 0.3;       // of the scale: smaller residuals have
 constexpr double kTinyScale = 1e-9;      // mm, rad: where most readings lie on the field
 constexpr double kScaleOfFieldMm = 100;  // for the condition of the equations alone
 constexpr std::array<double, 3> kLeastFar = {0.05, 0.05, rad_from_deg(0.02)};  // mm, mm, rad
+// mm, mm, rad: frames, joint zeros and leads included (kMostShiftedMm, kMostTurnedRad of gross.cpp)
+constexpr std::array<double, 3> kNoMachineErrs = {5, 5, rad_from_deg(2)};
 constexpr double kOtherTargetMm = 0.1;                 // nearer, one pose can serve two targets
 constexpr double kOtherTargetRad = rad_from_deg(0.1);  // the same of orientations
 
@@ -98,22 +102,42 @@ Eigen::MatrixXd left_of(const Eigen::MatrixXd& A, const Eigen::MatrixXd& off,
   return left;
 }
 
+/// Readings that no field need be asked about: so far from the median deviation, and farther than
+/// any machine errs. Two of ten would bend the field to themselves.
+std::vector<bool> not_wild(const Eigen::MatrixXd& off) {
+  std::vector<bool> keep(static_cast<std::size_t>(off.rows()), true);
+  for (Eigen::Index c = 0; c < off.cols(); ++c) {
+    const Eigen::VectorXd column = off.col(c);
+    const double middle = median({column.begin(), column.end()});
+    const Eigen::VectorXd about = (column.array() - middle).abs();
+    const double limit = std::max(kFarTimes * median({about.begin(), about.end()}),
+                                  kNoMachineErrs[static_cast<std::size_t>(c)]);
+    for (Eigen::Index k = 0; k < off.rows(); ++k) {
+      if (about[k] > limit) keep[static_cast<std::size_t>(k)] = false;
+    }
+  }
+  return keep;
+}
+
 /// Least absolute deviations, by weights 1 / |r| (Schlossmacher 1973), |r| the largest coordinate
 /// of the reading over its robust scale: several wrong readings in one corner bend the least
 /// squares to themselves, these not.
-Eigen::MatrixXd left_of_most(const Eigen::MatrixXd& A, const Eigen::MatrixXd& off) {
-  const std::vector<bool> all(static_cast<std::size_t>(off.rows()), true);
-  Eigen::VectorXd weights = Eigen::VectorXd::Ones(off.rows());
+Eigen::MatrixXd left_of_most(const Eigen::MatrixXd& A, const Eigen::MatrixXd& off,
+                             const std::vector<bool>& tame) {
+  Eigen::VectorXd tame_alone(off.rows());
+  for (Eigen::Index k = 0; k < off.rows(); ++k)
+    tame_alone[k] = tame[static_cast<std::size_t>(k)] ? 1 : 0;
+  Eigen::VectorXd weights = tame_alone;
   Eigen::MatrixXd left;
   for (int round = 0; round < kReweighted; ++round) {
     left = left_of(A, off, weights);
     Eigen::VectorXd size = Eigen::VectorXd::Constant(off.rows(), kLeastSize);
     for (Eigen::Index c = 0; c < off.cols(); ++c) {
-      const double sigma = std::max(sigma_of(left.col(c), all), kTinyScale);
+      const double sigma = std::max(sigma_of(left.col(c), tame), kTinyScale);
       size = size.cwiseMax(left.col(c).cwiseAbs() / sigma);
     }
-    if (round == 0 && size.maxCoeff() < kWorthALook) break;
-    weights = size.cwiseInverse();
+    if (round == 0 && size.cwiseProduct(tame_alone).maxCoeff() < kWorthALook) break;
+    weights = size.cwiseInverse().cwiseProduct(tame_alone);
   }
   return left;
 }
@@ -146,14 +170,18 @@ Field field_of(const Rows& rows) {
   }
   const Eigen::MatrixXd A = smooth_terms(targets);
   f.terms = static_cast<int>(A.cols());
-  f.left = left_of_most(A, off);
-  f.keep.assign(rows.size(), true);
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<bool> keep(rows.size(), true);
+  const std::vector<bool> tame = not_wild(off);
+  f.left = left_of_most(A, off, tame);
+  f.keep = tame;
+  // Few rows have but a mean, and errors of machines are no constant.
+  const int rounds = rows.size() < kFewestOfField ? 1 : kRounds;
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<bool> keep = tame;
     for (int c = 0; c < 3; ++c) f.sigma[c] = sigma_of(f.left.col(c), f.keep);
     const double times = far_times(f);
     for (int c = 0; c < 3; ++c) {
-      const double limit = std::max(times * f.sigma[c], kLeastFar[static_cast<std::size_t>(c)]);
+      const double least = (rounds == 1 ? kNoMachineErrs : kLeastFar)[static_cast<std::size_t>(c)];
+      const double limit = std::max(times * f.sigma[c], least);
       for (Eigen::Index k = 0; k < n; ++k) {
         if (std::abs(f.left(k, c)) > limit) keep[static_cast<std::size_t>(k)] = false;
       }
@@ -237,7 +265,9 @@ std::vector<Suspicion> bad_readings(const Campaign& campaign) {
   std::vector<Suspicion> found;
   add_stale(campaign, found);
   add_missed(campaign, found);
-  for (const auto& [epoch, rows] : by_epoch(campaign)) add_far(field_of(rows), found);
+  for (const auto& [epoch, rows] : by_epoch(campaign)) {
+    if (rows.size() >= kFewestOfMedian) add_far(field_of(rows), found);
+  }
   return found;
 }
 

@@ -18,13 +18,22 @@ namespace trammel {
 
 namespace {
 
-constexpr double kOnTargetMm = 1e-6;  // measured equals target: no tracker comes so near
+constexpr double kOnTargetMm = 1e-6;     // measured equals target: no tracker comes so near
+constexpr int kFewNominal = 3;           // fewer may be a coincidence nobody counted
+constexpr double kNoChance = 0.01;       // readings of a campaign, by noise
+constexpr double kOftenByChance = 0.1;   // coarse digits: half of a set may well stand on target
+constexpr std::size_t kFewestRound = 6;  // poses that are round by chance: 10^-12
+constexpr double kCoarseStep = 10;       // of sigma
 constexpr int kEnoughFreedom = 12;
 // Residuals of a smooth field are an upper bound of the noise: chi^2 of 12 degrees stays above
 // 12/16 but for 1 in 10^5, and the quantile that stands for it is half as sure.
 constexpr double kTooGood = 0.25;
 constexpr double kTooBad = 10;     // repeats beyond the statement by a factor of units
 constexpr double kWithinUnit = 3;  // a ratio so near to a unit's is that unit
+constexpr double kArmMm = 100;     // of a platform
+// At that arm turning errors are 0.14 to 1.1 times those of place on 3-PRR robots of 12 kinds of
+// errors, and 57 times smaller once they are radians.
+constexpr double kTurnsWithPlace = 0.05;
 constexpr double kRadPerDeg = rad_from_deg(1);
 constexpr double kKelvinAbove = 150;     // no machine is that hot: room temperature is 293 K
 constexpr double kFahrenheitAbove = 50;  // 68 F is 20 deg C
@@ -34,94 +43,189 @@ constexpr double kLongStepS = 3000;      // a point takes seconds to minutes: in
 constexpr double kOneOrientation = rad_from_deg(0.05);  // orientations within it are one
 constexpr double kFineStep = 0.3;                       // of sigma: coarser digits repeat by chance
 constexpr double kFineStepMm = 1e-3;                    // where no sigma is known
-constexpr double kNominalCommandMm = 5e-3;              // encoders count finer
 constexpr double kMostCorrectionMm = 5;                 // what is more is no machine's error
 
 bool knows(const std::vector<Suspicion>& found, Mistake kind) {
   return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });
 }
 
-/// The step of the decimal digits that x and y are written with.
-double digit_step_mm(const Campaign& c) {
+/// The step of the decimal digits that x and y of poses are written with.
+double digit_step_mm(const std::vector<Pose>& poses) {
   for (double step = 1; step > 1e-7; step /= 10) {
-    const bool fits = std::ranges::all_of(c.readings, [step](const Reading& r) {
+    const bool fits = std::ranges::all_of(poses, [step](const Pose& p) {
       const auto whole = [step](double v) {
         return std::abs(v / step - std::round(v / step)) < 1e-6 * std::max(1.0, std::abs(v / step));
       };
-      return !r.measured || (whole(r.measured->x_mm) && whole(r.measured->y_mm));
+      return whole(p.x_mm) && whole(p.y_mm);
     });
     if (fits) return step;
   }
   return 0;
 }
 
-/// Positions that stand on their targets to the last digit they are written with.
+double digit_step_mm(const Campaign& c) {
+  std::vector<Pose> measured;
+  for (const Reading& r : c.readings)
+    if (r.measured) measured.push_back(*r.measured);
+  return digit_step_mm(measured);
+}
+
+/// Measured poses as round as a plan's where targets are not.
+void add_round_poses(const Campaign& c, std::vector<Suspicion>& found) {
+  if (!c.tracker) return;
+  std::vector<Pose> targets;
+  for (const Reading& r : c.readings)
+    if (r.measured) targets.push_back(r.target);
+  const double measured_mm = digit_step_mm(c), target_mm = digit_step_mm(targets);
+  if (targets.size() < kFewestRound || measured_mm < kCoarseStep * c.tracker->xy_mm ||
+      target_mm * kCoarseStep > measured_mm)
+    return;
+  found.push_back(
+      {Mistake::nominal, "have measured poses and targets changed places?",
+       printed("measured x and y are whole numbers of %.3g mm, targets are not", measured_mm)});
+}
+
+/// How often noise puts a position to the last digit where another stands, at the most: densities
+/// of a normal distribution at its middle.
+double chance_of_one_digit(const Campaign& c, double step_mm) {
+  const double sigma_mm = c.tracker ? c.tracker->xy_mm : kFineStepMm;
+  const double one =
+      std::min(1.0, std::max(step_mm, kOnTargetMm) / (std::sqrt(2 * kPi) * sigma_mm));
+  const Coordinates& is_measured = c.machine.measured;
+  return (is_measured[0] ? one : 1) * (is_measured[1] ? one : 1);
+}
+
+/// Positions that stand on their targets to the last digit they are written with: more than half of
+/// a set, or a few where digits are so fine that chance leaves none.
 void add_nominal(const Campaign& c, std::vector<Suspicion>& found) {
   const double step_mm = digit_step_mm(c);
   const double on_target_mm = step_mm <= kFineStepMm ? std::max(kOnTargetMm, step_mm) : kOnTargetMm;
+  const double chance = chance_of_one_digit(c, step_mm);
   std::vector<int> same;
-  int measured = 0;
+  std::map<ReadingSet, std::pair<int, int>> of_set;  // on target, measured
   for (const Reading& r : c.readings) {
     if (!r.measured) continue;
+    auto& [on_target, measured] = of_set[r.set];
     ++measured;
-    if (std::hypot(r.measured->x_mm - r.target.x_mm, r.measured->y_mm - r.target.y_mm) <
+    if (std::hypot(r.measured->x_mm - r.target.x_mm, r.measured->y_mm - r.target.y_mm) >=
         on_target_mm)
-      same.push_back(r.seq);
+      continue;
+    ++on_target;
+    same.push_back(r.seq);
   }
-  if (measured == 0 || 2 * static_cast<int>(same.size()) <= measured) return;
+  int all = 0;
+  bool most_of_a_set = false;
+  for (const auto& [set, count] : of_set) {
+    all += count.second;
+    most_of_a_set = most_of_a_set || (count.first >= kFewNominal && 2 * count.first > count.second);
+  }
+  // Digits far coarser than the noise are those of a plan, or of a reading that says nothing.
+  const bool coarse = c.tracker && step_mm > kCoarseStep * c.tracker->xy_mm;
+  const bool few = static_cast<int>(same.size()) >= kFewNominal && chance * all < kNoChance;
+  if (!few && !(most_of_a_set && (coarse || chance < kOftenByChance))) return;
   found.push_back({Mistake::nominal, "measured equals target: were nominals exported?",
                    printed("%d of %d readings stand on their targets to %.2g mm, nearer than any "
                            "tracker reads",
-                           static_cast<int>(same.size()), measured, on_target_mm),
-                   static_cast<int>(same.size()) == measured ? std::vector<int>{} : same});
+                           static_cast<int>(same.size()), all, on_target_mm),
+                   static_cast<int>(same.size()) == all ? std::vector<int>{} : same});
 }
 
-/// Sigma by far larger than what scatters, or smaller than what repeats show; and orientations in
-/// radians where their scatter alone can tell.
-void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
-  if (!c.tracker) return;
-  const SmoothResidual left = smooth_residual(c);
-  const Coordinates& is_measured = c.machine.measured;
-  const int n_xy = (is_measured[0] ? 1 : 0) + (is_measured[1] ? 1 : 0);
-  const double left_xy_mm = std::hypot(left.x_mm, left.y_mm) / std::sqrt(std::max(1, n_xy));
-  // What is not measured scatters neither too little nor too much.
-  const double xy = n_xy > 0 ? left_xy_mm / c.tracker->xy_mm : 1;
-  const double phi = is_measured[2] ? left.phi_rad / c.tracker->phi_rad : 1;
-  const bool judged = left.degrees_of_freedom >= kEnoughFreedom;
-  const auto near = [](double ratio, double unit) {
-    return ratio > unit / kWithinUnit && ratio < unit * kWithinUnit;
-  };
+/// At one orientation, where deviations of orientations are by far smaller than those of positions
+/// make likely: legs in error move and turn a platform alike.
+bool turns_too_little(const Campaign& c) {
   double low = INFINITY, high = -INFINITY;
+  std::vector<double> x, y, phi;
   for (const Reading& r : c.readings) {
     low = std::min(low, r.target.phi_rad);
     high = std::max(high, r.target.phi_rad);
+    if (!r.measured) continue;
+    x.push_back(r.measured->x_mm - r.target.x_mm);
+    y.push_back(r.measured->y_mm - r.target.y_mm);
+    phi.push_back(std::remainder(r.measured->phi_rad - r.target.phi_rad, 2 * kPi));
   }
-  if (judged && xy >= kTooGood && near(phi, kRadPerDeg) && high - low < kOneOrientation) {
-    found.push_back(
-        {Mistake::radians,
-         printed("measured orientations are radians where degrees are due (slope %.4g)",
-                 kRadPerDeg),
-         printed("they scatter by %.2g deg, %.3g of the stated %.2g deg, while positions "
-                 "scatter as stated",
-                 deg_from_rad(left.phi_rad), phi, deg_from_rad(c.tracker->phi_rad))});
+  if (high - low >= kOneOrientation) return false;
+  const auto scatter = [](std::vector<double>& values) {
+    const double middle = median(values);
+    for (double& v : values) v -= middle;
+    return robust_sigma(values);
+  };
+  return scatter(phi) * kArmMm < kTurnsWithPlace * std::hypot(scatter(x), scatter(y));
+}
+
+/// Ratios of what scatters about a smooth field and what is stated; 1 for what is not measured.
+struct Scatter {
+  SmoothResidual left;
+  double xy_mm = 0;  // per coordinate
+  double xy = 1, phi = 1;
+  bool judged = false;
+
+  explicit Scatter(const Campaign& c) : left(smooth_residual(c)) {
+    const Coordinates& is_measured = c.machine.measured;
+    const int n_xy = (is_measured[0] ? 1 : 0) + (is_measured[1] ? 1 : 0);
+    xy_mm = std::hypot(left.x_mm, left.y_mm) / std::sqrt(std::max(1, n_xy));
+    if (n_xy > 0) xy = xy_mm / c.tracker->xy_mm;
+    if (is_measured[2]) phi = left.phi_rad / c.tracker->phi_rad;
+    judged = left.degrees_of_freedom >= kEnoughFreedom;
+  }
+};
+
+bool near_unit(double ratio, double unit) {
+  return ratio > unit / kWithinUnit && ratio < unit * kWithinUnit;
+}
+
+/// Orientations in radians where their scatter alone can tell; of `part`, empty: of all readings.
+void add_radians(const Campaign& c, const Scatter& of, const std::string& part,
+                 std::vector<Suspicion>& found) {
+  if (!of.judged || of.xy < kTooGood || !near_unit(of.phi, kRadPerDeg) || !turns_too_little(c))
     return;
+  std::vector<int> seqs;
+  for (const Reading& r : c.readings) {
+    if (!part.empty()) seqs.push_back(r.seq);
   }
+  found.push_back(
+      {Mistake::radians,
+       part + printed("measured orientations are radians where degrees are due (slope %.4g)",
+                      kRadPerDeg),
+       printed("they scatter by %.2g deg, %.3g of the stated %.2g deg, while positions "
+               "scatter as stated, and deviate by as little",
+               deg_from_rad(of.left.phi_rad), of.phi, deg_from_rad(c.tracker->phi_rad)),
+       seqs});
+}
+
+/// Of all, else of one set.
+void add_radians(const Campaign& c, const Scatter& of, std::vector<Suspicion>& found) {
+  add_radians(c, of, "", found);
+  for (const auto& [set, words] :
+       {std::pair(ReadingSet::identify, "of the identify readings alone: "),
+        std::pair(ReadingSet::validate, "of the validation readings alone: ")}) {
+    if (knows(found, Mistake::radians)) return;
+    Campaign some = c;
+    std::erase_if(some.readings, [set = set](const Reading& r) { return r.set != set; });
+    if (some.readings.size() < c.readings.size()) add_radians(some, Scatter(some), words, found);
+  }
+}
+
+/// Sigma by far larger than what scatters, or smaller than what repeats show.
+void add_sigma(const Campaign& c, const Scatter& of, std::vector<Suspicion>& found) {
+  const Coordinates& is_measured = c.machine.measured;
+  const auto& [left, left_xy_mm, xy, phi, judged] = of;
   if (judged && (xy < kTooGood || phi < kTooGood)) {
     const bool is_xy = xy < kTooGood;
     const double ratio = is_xy ? xy : phi;
     found.push_back(
         {Mistake::sigma_unit,
          printed("is the stated sigma in the right unit%s? It is %.3g %s",
-                 near(ratio, 1e-3) ? " (it looks like micrometres for mm)" : "",
+                 near_unit(ratio, 1e-3) ? " (it looks like micrometres for mm)" : "",
                  is_xy ? c.tracker->xy_mm : deg_from_rad(c.tracker->phi_rad), is_xy ? "mm" : "deg"),
          printed("readings scatter about a smooth field by %.2g %s, %.2g of the stated noise",
                  is_xy ? left_xy_mm : deg_from_rad(left.phi_rad), is_xy ? "mm" : "deg", ratio)});
     return;
   }
-  const char* small_xy = judged && near(xy, 1e3) ? " (it looks like metres for mm)" : "";
-  const char* small_phi = judged && near(phi, deg_from_rad(1)) && near(phi / xy, deg_from_rad(1))
-                              ? " (it looks like radians for deg)"
-                              : "";
+  const char* small_xy = judged && near_unit(xy, 1e3) ? " (it looks like metres for mm)" : "";
+  const char* small_phi =
+      judged && near_unit(phi, deg_from_rad(1)) && near_unit(phi / xy, deg_from_rad(1))
+          ? " (it looks like radians for deg)"
+          : "";
   if (*small_xy != 0 || *small_phi != 0) {
     found.push_back(
         {Mistake::sigma_unit,
@@ -133,7 +237,7 @@ void add_sigma(const Campaign& c, std::vector<Suspicion>& found) {
   }
   const auto repeats = pooled_noise(c.readings, is_measured);
   if (!repeats || repeats->degrees_of_freedom < kEnoughFreedom) return;
-  if (!(n_xy > 0 && repeats->sigma.xy_mm >= kTooBad * c.tracker->xy_mm) &&
+  if (!((is_measured[0] || is_measured[1]) && repeats->sigma.xy_mm >= kTooBad * c.tracker->xy_mm) &&
       !(is_measured[2] && repeats->sigma.phi_rad >= kTooBad * c.tracker->phi_rad))
     return;
   found.push_back({Mistake::sigma_unit,
@@ -241,13 +345,20 @@ void add_clock(const Campaign& c, std::vector<Suspicion>& found) {
 /// Readings of one target with the same pose to the last digit, where digits are finer than noise.
 void add_copies(const Campaign& c, std::vector<Suspicion>& found) {
   const double fine_mm = c.tracker ? kFineStep * c.tracker->xy_mm : kFineStepMm;
-  const Coordinates& is_measured = c.machine.measured;
-  if (std::ranges::count(is_measured, true) < 2) return;  // one number repeats by chance
-  if (digit_step_mm(c) > fine_mm) return;
+  const double step_mm = digit_step_mm(c);
+  if (step_mm > fine_mm) return;
   using Key = std::tuple<double, double, double>;
   std::map<Key, std::vector<const Reading*>> groups;
   for (const Reading& r : c.readings) {
     if (r.measured) groups[{r.measured->x_mm, r.measured->y_mm, r.measured->phi_rad}].push_back(&r);
+  }
+  if (std::ranges::count(c.machine.measured, true) < 2) {  // one number repeats by chance
+    std::map<std::tuple<double, double, double>, double> of_target;
+    for (const Reading& r : c.readings)
+      if (r.measured) ++of_target[{r.target.x_mm, r.target.y_mm, r.target.phi_rad}];
+    double pairs = 0;
+    for (const auto& [target, n] : of_target) pairs += n * (n - 1) / 2;
+    if (pairs * chance_of_one_digit(c, step_mm) / std::sqrt(2.0) > kNoChance) return;
   }
   std::vector<int> copied, duplicated;
   const auto validates = [](const Reading* r) { return r->set == ReadingSet::validate; };
@@ -298,17 +409,6 @@ void add_epochs(const Campaign& c, std::vector<Suspicion>& found) {
                    unseen});
 }
 
-/// How far each reading's commands are from the nominal ones of its target; 0 out of reach.
-std::vector<double> command_off_mm(const Campaign& c) {
-  const MachineSolver solver(c.machine);
-  std::vector<double> off_mm;
-  for (const Reading& r : c.readings) {
-    const InverseResult at = solver.drives(r.target);
-    off_mm.push_back(at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0);
-  }
-  return off_mm;
-}
-
 void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
   const std::vector<double> off_mm = command_off_mm(c);
   std::vector<int> others;
@@ -345,6 +445,16 @@ void add_missing(const Campaign& c, const char* cell,
 
 }  // namespace
 
+std::vector<double> command_off_mm(const Campaign& c) {
+  const MachineSolver solver(c.machine);
+  std::vector<double> off_mm;
+  for (const Reading& r : c.readings) {
+    const InverseResult at = solver.drives(r.target);
+    off_mm.push_back(at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0);
+  }
+  return off_mm;
+}
+
 std::vector<std::size_t> under_a_correction(const Campaign& c) {
   const std::vector<double> off_mm = command_off_mm(c);
   const auto is_other = [](double off) { return off > kNominalCommandMm; };
@@ -360,8 +470,13 @@ std::vector<Suspicion> doubts(const Campaign& c, const std::vector<Suspicion>& k
   std::vector<Suspicion> found;
   if (!is_gross(known)) {
     add_nominal(c, found);
+    if (found.empty()) add_round_poses(c, found);
     if (!knows(found, Mistake::nominal)) {
-      add_sigma(c, found);
+      if (c.tracker) {
+        const Scatter of(c);
+        add_radians(c, of, found);
+        if (!is_gross(found)) add_sigma(c, of, found);
+      }
       add_copies(c, found);
     }
     add_epochs(c, found);

@@ -7,6 +7,10 @@
 
 namespace trammel {
 
+/// How far each reading's commands are from the nominal ones of its target; 0 out of reach.
+std::vector<double> command_off_mm(const Campaign& campaign);
+inline constexpr double kNominalCommandMm = 5e-3;  // encoders count finer
+
 /// Places of the readings that were measured under a correction, in a campaign that does not say
 /// so: their commands differ from the nominal inverse kinematics of their targets by 5 um to 5 mm,
 /// and those of others do not. (Where all differ, they are commands of another model.)

@@ -22,6 +22,7 @@ namespace {
 constexpr double kNearlyAll = 0.95;          // ends of lines too, which a shifted frame leaves
 constexpr double kNearlyAllOfNormal = 1.96;  // |N(0, 1)| stays below it in 95 %
 constexpr double kAlike = 2;                 // two that fit within this factor are both named
+constexpr double kManyApart = 0.35;          // of the readings
 constexpr double kMostUnreachable = 0.2;     // of the readings
 constexpr double kNoNoiseMm = 1e-3;          // closer to the plan than any measurement comes
 constexpr double kOneUnit = 0.02;            // two scales are one unit
@@ -32,6 +33,9 @@ constexpr double kMostShiftedMm = 5;                       // of frame, joint ze
 constexpr double kOneOrientationRad = rad_from_deg(0.05);  // orientations within it are one
 constexpr double kOtherLengthMm = 1;  // of R, r or S: no machining is that far off
 constexpr double kLeastMm = 0.5;      // closer nothing gross is seen, however near the poses
+// What small machines may be off, of the width of targets or commands: a tenth is what a similarity
+// may leave.
+constexpr double kShareOfSmall = 0.2;
 constexpr double kMicrometres = 1e3;  // in a millimetre
 constexpr std::array<double, 5> kLengthUnits = {1e-3, 1 / 25.4, 0.1, kMicrometres, 25.4};
 constexpr double kThird = 1.0 / 3;    // of the rows: where so many are on target, those are poses
@@ -217,14 +221,16 @@ class Search {
                        "the targets to %.2g mm",
                        of_measured_.whole_mm, of_targets_.whole_mm)}};
     }
-    const double sound_mm = std::max(kSoundShare * spread_mm_, kLeastMm);
+    sound_mm_ = std::max(kSoundShare * spread_mm_, std::min(kLeastMm, kShareOfSmall * spread_mm_));
     lie_ = lie(targets_, measured_);
+    if (lie_.width_mm > kNarrowMm)
+      most_mm_ = std::min(kMostShiftedMm, kShareOfSmall * lie_.width_mm);
     const bool targets_lie = of_measured_.whole_mm < of_targets_.whole_mm &&
                              !parts_of(lie(measured_, targets_), "target").empty();
     const bool poses_lie = !parts_of(lie_, "measured").empty() || targets_lie || deviating();
     const bool commands_lie =
-        of_targets_.scatter_mm > sound_mm || of_targets_.whole_mm > kMostShiftedMm;
-    const bool robot_lies = of_measured_.scatter_mm > sound_mm;
+        of_targets_.scatter_mm > sound_mm_ || of_targets_.whole_mm > kMostShiftedMm;
+    const bool robot_lies = of_measured_.scatter_mm > sound_mm_;
     shifted_rows();
     if (poses_lie) of_poses();
     if (fitted_.empty() && !lie_.similar()) of_columns();
@@ -316,7 +322,7 @@ class Search {
         Poses right = measured_;
         for (Pose& p : right) (is_x ? p.x_mm : p.y_mm) /= unit;
         consider(Mistake::scale, std::string("measured ") + (is_x ? "x " : "y ") + unit_words(unit),
-                 off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
+                 off_mm(targets_, right), lie_.off_mm, kLie, kSimilarShare * lie_.width_mm);
       }
     }
   }
@@ -341,8 +347,7 @@ class Search {
     const SmoothResidual left = smooth_residual(as_deviations);
     const double spread_mm =
         std::hypot(robust_sigma(about_median(x)), robust_sigma(about_median(y)));
-    if (left.degrees_of_freedom < kFewestScreened ||
-        robust_sigma(off, kThird, 1) < kMostShiftedMm ||
+    if (left.degrees_of_freedom < kFewestScreened || robust_sigma(off, kThird, 1) < most_mm_ ||
         !(std::hypot(left.x_mm, left.y_mm) < kSmoothShare * spread_mm))
       return;
     consider(Mistake::deviations,
@@ -367,9 +372,14 @@ class Search {
       right.push_back(Pose::from(targets_[k].vector() + off.vector()));
       if (places_alone) right.back().phi_rad = off.phi_rad;
     }
+    const bool micrometres = off_mm(targets_, right) > most_mm_;
+    for (std::size_t k = 0; k < right.size() && micrometres; ++k) {
+      right[k].x_mm = targets_[k].x_mm + measured_[k].x_mm / kMicrometres;
+      right[k].y_mm = targets_[k].y_mm + measured_[k].y_mm / kMicrometres;
+    }
     consider(Mistake::deviations,
-             std::string("deviations from the targets stand in place of measured ") +
-                 (places_alone ? "x and y" : "poses"),
+             std::string("deviations from the targets ") + (micrometres ? "in micrometres " : "") +
+                 "stand in place of measured " + (places_alone ? "x and y" : "poses"),
              off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
   }
 
@@ -496,7 +506,7 @@ class Search {
   /// walked again has the same targets some rows later.
   [[nodiscard]] bool moves_targets(int by) const {
     const std::vector<double> off = distances_mm(targets_, targets_, by);
-    const auto others = std::ranges::count_if(off, [](double mm) { return mm > kMostShiftedMm; });
+    const auto others = std::ranges::count_if(off, [this](double mm) { return mm > most_mm_; });
     return others >= kFewestScreened && 2 * others > std::ssize(off) &&
            2 * off.size() >= targets_.size();
   }
@@ -515,12 +525,33 @@ class Search {
       const bool targets = of_measured_.whole_mm < of_targets_.whole_mm;
       consider(Mistake::shifted_rows,
                targets ? stand("targets", by < 0) : stand("measured poses", by > 0), poses_mm,
-               now_mm, kLie, kMostShiftedMm);
+               now_mm, kLie, most_mm_);
       if (poses_mm * kFarBetter < now_mm || of_targets_.whole_mm < kNothingMm) continue;
       consider(Mistake::shifted_rows, stand("commands", by < 0),
                distance({solver_}, commands_, targets_, by).whole_mm, of_targets_.whole_mm,
-               "commands fit the inverse kinematics of the targets", kMostShiftedMm);
+               "commands fit the inverse kinematics of the targets", most_mm_);
     }
+  }
+
+  /// Too many of the readings lie apart to be single wrong ones, which a quantile of few readings
+  /// meets as well: two of six.
+  [[nodiscard]] bool many_lie_apart(bool by_commands) const {
+    std::vector<double> x, y;
+    for (std::size_t k = 0; k < measured_.size(); ++k) {
+      x.push_back(measured_[k].x_mm - targets_[k].x_mm);
+      y.push_back(measured_[k].y_mm - targets_[k].y_mm);
+    }
+    const Complex middle(median(x), median(y));
+    std::ptrdiff_t beyond = 0;
+    for (std::size_t k = 0; k < measured_.size(); ++k) {
+      double off_mm = std::abs(Complex(x[k], y[k]) - middle);
+      if (by_commands) {
+        const Displaced l = displacements_at({solver_}, targets_[k]);
+        off_mm = l ? (commands_[k] - *l).cwiseAbs().maxCoeff() : INFINITY;
+      }
+      if (off_mm > (by_commands ? sound_mm_ : most_mm_)) ++beyond;
+    }
+    return static_cast<double>(beyond) > kManyApart * static_cast<double>(measured_.size());
   }
 
   /// The first word of what is wrong: "commands", "target".
@@ -538,8 +569,8 @@ class Search {
       });
       if (!named) all.push_back(f.suspicion);
     }
-    const bool wild = lie_.place.left_mm > kMostShiftedMm && robot_lies;
-    if (all.empty() && (commands_lie || wild)) {
+    const bool wild = lie_.place.left_mm > most_mm_ && robot_lies;
+    if (all.empty() && (commands_lie || wild) && many_lie_apart(commands_lie)) {
       all.push_back({Mistake::mechanism,
                      commands_lie ? "the commands do not belong to this mechanism"
                                   : "the measured poses belong neither to the targets nor to the "
@@ -557,6 +588,8 @@ class Search {
   Poses targets_, measured_;
   InverseResult home_;
   double spread_mm_ = 0;
+  double sound_mm_ = kLeastMm;       // what commands of a sound robot are off at the most
+  double most_mm_ = kMostShiftedMm;  // and poses
   Distance of_measured_, of_targets_;
   Lie lie_;
   std::vector<FittedMistake> fitted_;

@@ -17,7 +17,7 @@ using Poses = std::vector<Pose>;
 
 inline constexpr double kFarBetter = 5;       // a hypothesis must fit so many times better
 inline constexpr double kSimilarShare = 0.1;  // of the width: what a similarity may leave
-inline constexpr double kNarrowMm = 1;        // targets nearer together show no turn and no scale
+inline constexpr double kNarrowMm = 0.25;     // targets nearer together show no turn and no scale
 
 inline Complex place_of(const Pose& p) { return {p.x_mm, p.y_mm}; }
 double wrapped(double angle_rad);  // by whole turns into [-pi, pi]

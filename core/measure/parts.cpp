@@ -5,6 +5,7 @@
 #include <functional>
 #include <set>
 
+#include "core/measure/doubts.hpp"
 #include "core/measure/gross.hpp"
 #include "core/measure/lie.hpp"
 #include "core/measure/printed.hpp"
@@ -13,14 +14,16 @@ namespace trammel {
 
 namespace {
 
-constexpr double kApart = 5;          // distances that leave out so wide a step are two groups
-constexpr int kFewestApart = 12;      // chosen by their distance: more than kFewestScreened
-constexpr double kFarFromTarget = 1;  // mm: nearer, rows apart are the robot's own errors
+constexpr double kApart = 5;              // distances that leave out so wide a step are two groups
+constexpr std::size_t kFewestApart = 12;  // chosen by their distance: more than kFewestScreened
+constexpr double kFarFromTarget = 1;      // mm: nearer, rows apart are the robot's own errors
+constexpr double kFarOfWidth = 0.1;  // the same of small machines, of the width of their targets
 
 struct CampaignPart {
   std::string words;
   std::set<int> seqs = {};
-  bool own_frame = false;  // an epoch has a frame of its own, which fits give it
+  bool own_frame = false;    // an epoch has a frame of its own, which fits give it
+  bool is_doubtful = false;  // a mistake without a name counts too
 };
 
 CampaignPart part_of(const Campaign& campaign, const std::string& words,
@@ -42,12 +45,15 @@ CampaignPart apart(const Campaign& campaign) {
     measured.push_back(*r.measured);
     seqs.push_back(r.seq);
   }
+  if (seqs.size() < kFewestApart) return {};
   const std::vector<double> off_mm = poses::distances_mm(targets, measured);
   std::vector<double> sorted = off_mm;
   std::ranges::sort(sorted);
+  const double far_mm =
+      std::min(kFarFromTarget, kFarOfWidth * poses::lie(targets, measured).width_mm);
   double limit_mm = 0, widest = kApart;
   for (std::size_t k = 1; k + kFewestApart <= sorted.size(); ++k) {
-    const double step = sorted[k] / std::max(sorted[k - 1], kFarFromTarget / kApart);
+    const double step = sorted[k] / std::max(sorted[k - 1], far_mm / kApart);
     if (step <= widest) continue;
     widest = step;
     limit_mm = sorted[k];
@@ -57,6 +63,19 @@ CampaignPart apart(const Campaign& campaign) {
     if (off_mm[k] >= limit_mm) part.seqs.insert(seqs[k]);
   }
   part.words = printed("%d readings", static_cast<int>(part.seqs.size()));
+  return part;
+}
+
+/// Rows whose commands are not the nominal ones, where those of others are.
+CampaignPart of_other_commands(const Campaign& campaign) {
+  const std::vector<double> off_mm = command_off_mm(campaign);
+  CampaignPart part{.words = {}};
+  for (std::size_t k = 0; k < off_mm.size(); ++k) {
+    const Reading& r = campaign.readings[k];
+    if (r.measured && off_mm[k] > kNominalCommandMm) part.seqs.insert(r.seq);
+  }
+  part.words = printed("%d readings", static_cast<int>(part.seqs.size()));
+  part.is_doubtful = true;
   return part;
 }
 
@@ -75,6 +94,7 @@ std::vector<CampaignPart> campaign_parts(const Campaign& campaign) {
     parts.back().own_frame = true;
   }
   parts.push_back(apart(campaign));
+  parts.push_back(of_other_commands(campaign));
   return parts;
 }
 
@@ -89,7 +109,7 @@ std::vector<Suspicion> mistakes_of_a_part(const Campaign& campaign, bool last_re
     std::vector<Suspicion> found = gross_mistakes_of_all(some, last_resort);
     std::erase_if(found, [&](const Suspicion& s) {
       const bool frame = s.kind == Mistake::frame_turned || s.kind == Mistake::frame_shifted;
-      return !is_named(s) || (frame && part.own_frame);
+      return !(is_named(s) || part.is_doubtful) || (frame && part.own_frame);
     });
     if (found.empty()) continue;
     for (Suspicion& s : found) {

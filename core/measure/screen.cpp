@@ -79,13 +79,56 @@ std::string to_string(Gravity gravity) {
   return kNames[static_cast<std::size_t>(gravity)];
 }
 
-std::vector<Suspicion> screened(const Campaign& as_measured,
-                                std::span<const std::pair<int, int>> held) {
+namespace {
+
+std::vector<Suspicion> screened_walks(const Campaign& as_measured,
+                                      std::span<const std::pair<int, int>> held) {
   Campaign campaign = completed(as_measured);
   renumber(campaign.readings, first_epochs(held));
   std::vector<Suspicion> found = gross_mistakes(campaign);
   if (found.empty()) found = bad_readings(campaign);
   for (Suspicion& doubt : doubts(campaign, found)) found.push_back(std::move(doubt));
+  return found;
+}
+
+/// What is no mistake of a walk under a correction: another model commands it, and it judges that.
+bool is_of_baseline(Mistake kind) {
+  return kind == Mistake::other_commands || kind == Mistake::unknown_epoch ||
+         kind == Mistake::missing_cells;
+}
+
+/// What is found in one walk under a correction and not said of all others already.
+std::vector<Suspicion> found_in(const CorrectedWalk& walk, Campaign campaign,
+                                std::span<const std::pair<int, int>> held,
+                                const std::vector<Suspicion>& known) {
+  campaign.readings = walk.readings;
+  std::vector<Suspicion> found = screened_walks(campaign, held);
+  std::erase_if(found, [&](const Suspicion& s) {
+    const bool said = std::ranges::any_of(known, [&](const Suspicion& k) {
+      return k.seqs.empty() && k.kind == s.kind && k.what == s.what;
+    });
+    return is_of_baseline(s.kind) || said;
+  });
+  for (Suspicion& s : found) {
+    if (s.seqs.size() == 1) continue;  // of one reading: it says which
+    s.what = "of the walk " + walk.name + " under a correction: " + s.what;
+    if (!s.seqs.empty()) continue;
+    for (const Reading& r : walk.readings) s.seqs.push_back(r.seq);
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<Suspicion> screened(const Campaign& campaign, std::span<const std::pair<int, int>> held,
+                                std::span<const CorrectedWalk> corrected) {
+  std::vector<Suspicion> found = screened_walks(campaign, held);
+  if (!is_gross(found)) {
+    const std::vector<Suspicion> known = found;
+    for (const CorrectedWalk& walk : corrected) {
+      for (Suspicion& s : found_in(walk, campaign, held, known)) found.push_back(std::move(s));
+    }
+  }
   std::ranges::stable_sort(
       found, {}, [](const Suspicion& s) { return std::pair(rule_of(s.kind).gravity, s.kind); });
   return found;

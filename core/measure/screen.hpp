@@ -66,13 +66,21 @@ struct Suspicion {
   std::vector<int> seqs = {};  // empty: all readings
 };
 
+/// A walk under a correction: its commands are not the nominal ones.
+struct CorrectedWalk {
+  std::string name;
+  std::vector<Reading> readings;
+};
+
 /// Everything the screen finds: gross mistakes (gross.hpp), two at most, and where there are none
 /// what else is doubtful or worth a remark (doubts.hpp, bad_readings.hpp), in the order of the
-/// table. `held`: epochs between which the set-up held are one. Proof: each kind put into a clean
+/// table; then the same of each walk under a correction, for itself. `held`: epochs between which
+/// the set-up held are one. Proof: each kind put into a clean
 /// campaign is named, and clean ones of several designs are not suspected
 /// (tests/core/measure/mistakes_test.cpp, tests/core/measure/screen_test.cpp).
 std::vector<Suspicion> screened(const Campaign& campaign,
-                                std::span<const std::pair<int, int>> held = {});
+                                std::span<const std::pair<int, int>> held = {},
+                                std::span<const CorrectedWalk> corrected = {});
 
 [[nodiscard]] bool is_gross(const std::vector<Suspicion>& found);
 

@@ -16,6 +16,9 @@ void require_pairs(std::span<const double> a, std::span<const double> b) {
                     .got = std::to_string(a.size()) + " and " + std::to_string(b.size())});
 }
 
+// What an interpolation leaves at its own nodes: rounding errors, of which there is no interval.
+constexpr double kRounding = 1e-9;
+
 double mean_of(std::span<const double> values) {
   double sum = 0;
   for (const double v : values) sum += v;
@@ -43,7 +46,7 @@ std::optional<Interval> improvement_interval_pct(std::span<const double> before,
   require_pairs(before, after);
   if (before.size() < kFewestForInterval) return std::nullopt;
   const double b = mean_of(before), a = mean_of(after);
-  if (!(b > 0 && a > 0)) return std::nullopt;
+  if (!(a > kRounding * b)) return std::nullopt;
   const double width = student(before.size()) *
                        std::sqrt(error2(after, 1 / a, before, 1 / b) + u_relative * u_relative);
   return Interval{100 * (1 - a / b * std::exp(width)), 100 * (1 - a / b * std::exp(-width))};
