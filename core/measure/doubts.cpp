@@ -22,6 +22,7 @@ constexpr double kOnTargetMm = 1e-6;     // measured equals target: no tracker c
 constexpr int kFewNominal = 3;           // fewer may be a coincidence nobody counted
 constexpr double kNoChance = 0.01;       // readings of a campaign, by noise
 constexpr double kOftenByChance = 0.1;   // coarse digits: half of a set may well stand on target
+constexpr double kRoundMm = 0.1;         // instruments print finer
 constexpr std::size_t kFewestRound = 6;  // poses that are round by chance: 10^-12
 constexpr double kCoarseStep = 10;       // of sigma
 constexpr int kEnoughFreedom = 12;
@@ -77,7 +78,8 @@ void add_round_poses(const Campaign& c, std::vector<Suspicion>& found) {
   for (const Reading& r : c.readings)
     if (r.measured) targets.push_back(r.target);
   const double measured_mm = digit_step_mm(c), target_mm = digit_step_mm(targets);
-  if (targets.size() < kFewestRound || measured_mm < kCoarseStep * c.tracker->xy_mm ||
+  if (targets.size() < kFewestRound ||
+      measured_mm < std::max(kRoundMm, kCoarseStep * c.tracker->xy_mm) ||
       target_mm * kCoarseStep > measured_mm)
     return;
   found.push_back(

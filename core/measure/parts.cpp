@@ -9,6 +9,7 @@
 #include "core/measure/gross.hpp"
 #include "core/measure/lie.hpp"
 #include "core/measure/printed.hpp"
+#include "core/statistics/robust.hpp"
 
 namespace trammel {
 
@@ -17,7 +18,7 @@ namespace {
 constexpr double kApart = 5;              // distances that leave out so wide a step are two groups
 constexpr std::size_t kFewestApart = 12;  // chosen by their distance: more than kFewestScreened
 constexpr double kFarFromTarget = 1;      // mm: nearer, rows apart are the robot's own errors
-constexpr double kFarOfWidth = 0.1;  // the same of small machines, of the width of their targets
+constexpr double kFarOfWidth = 0.03;  // the same of small machines, of the width of their targets
 
 struct CampaignPart {
   std::string words;
@@ -35,8 +36,21 @@ CampaignPart part_of(const Campaign& campaign, const std::string& words,
   return part;
 }
 
-/// Rows beyond the widest step of the sorted distances from the targets, where it is one.
-CampaignPart apart(const Campaign& campaign) {
+/// Poses less the median of what they are off their targets.
+void take_median_off(const poses::Poses& targets, poses::Poses& measured) {
+  std::vector<double> x, y, phi;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    x.push_back(measured[k].x_mm - targets[k].x_mm);
+    y.push_back(measured[k].y_mm - targets[k].y_mm);
+    phi.push_back(poses::wrapped(measured[k].phi_rad - targets[k].phi_rad));
+  }
+  const Pose off{median(x), median(y), median(phi)};
+  for (Pose& p : measured) p = Pose::from(p.vector() - off.vector());
+}
+
+/// Rows beyond the widest step of the sorted distances from the targets, or from where most rows
+/// are off them, where it is one.
+CampaignPart apart(const Campaign& campaign, bool from_most) {
   poses::Poses targets, measured;
   std::vector<int> seqs;
   for (const Reading& r : campaign.readings) {
@@ -46,6 +60,7 @@ CampaignPart apart(const Campaign& campaign) {
     seqs.push_back(r.seq);
   }
   if (seqs.size() < kFewestApart) return {};
+  if (from_most) take_median_off(targets, measured);
   const std::vector<double> off_mm = poses::distances_mm(targets, measured);
   std::vector<double> sorted = off_mm;
   std::ranges::sort(sorted);
@@ -93,7 +108,7 @@ std::vector<CampaignPart> campaign_parts(const Campaign& campaign) {
                             [epoch](const Reading& r) { return r.conditions.epoch == epoch; }));
     parts.back().own_frame = true;
   }
-  parts.push_back(apart(campaign));
+  for (const bool from_most : {false, true}) parts.push_back(apart(campaign, from_most));
   parts.push_back(of_other_commands(campaign));
   return parts;
 }

@@ -136,6 +136,105 @@ TEST_CASE("a mistake in one column, or in the rows of one export, is named", "[m
   check_named(shifted, "shifted_rows");
 }
 
+TEST_CASE("wires, columns and nominals of a part of the rows are named", "[measure]") {
+  const Campaign clean = hide({}, 0, 61).campaign;
+  const auto in_third = [&clean](auto make) {
+    Campaign campaign = clean;
+    for (Reading& r : campaign.readings) {
+      if (r.seq % 3 == 0) make(r);
+    }
+    return campaign;
+  };
+  check_named(
+      in_third([](Reading& r) { std::swap(r.conditions.cmd_mm[0], r.conditions.cmd_mm[1]); }),
+      "drives_swapped");
+  check_named(in_third([](Reading& r) {
+                const Pose target = r.target;
+                r.target = *r.measured;
+                r.measured = target;
+              }),
+              "exchanged");
+  const std::vector<Suspicion> nominals =
+      screened(in_third([](Reading& r) { r.measured = r.target; }));
+  REQUIRE(nominals.size() == 1);
+  CHECK(nominals.front().kind == Mistake::nominal);
+  CHECK(nominals.front().seqs.size() == clean.readings.size() / 3);
+}
+
+TEST_CASE("a walk under a correction is screened for itself", "[measure]") {
+  const Campaign clean = hide({}, 0, 61).campaign;
+  CorrectedWalk walk{.name = "again", .readings = clean.readings};
+  for (Reading& r : walk.readings) {
+    r.seq += 1000;
+    for (int i = 0; i < kChains; ++i)  // what a correction may well ask for
+      r.conditions.cmd_mm[i] += 0.3 * std::sin(r.target.x_mm / 40 + i);
+  }
+  const auto found_with = [&clean, &walk](auto make) {
+    CorrectedWalk made = walk;
+    for (Reading& r : made.readings) make(r);
+    return screened(clean, {}, std::vector{made});
+  };
+  CHECK(found_with([](Reading&) {}).empty());
+  const auto metres = found_with([](Reading& r) {
+    r.measured->x_mm /= 1e3;
+    r.measured->y_mm /= 1e3;
+  });
+  REQUIRE(metres.size() == 1);
+  CHECK(metres.front().kind == Mistake::scale);
+  CHECK(metres.front().seqs.size() == walk.readings.size());
+  CHECK_THAT(metres.front().what, Contains("again"));
+  const auto nominal = found_with([](Reading& r) { r.measured = r.target; });
+  REQUIRE_FALSE(nominal.empty());
+  CHECK(nominal.front().kind == Mistake::nominal);
+  const auto one = found_with([](Reading& r) {
+    if (r.seq == 1017) r.measured->x_mm += 7;
+  });
+  REQUIRE(one.size() == 1);
+  CHECK(one.front().seqs == std::vector{1017});
+}
+
+TEST_CASE("one or two wrong readings of six to twelve are named, and no mechanism is accused",
+          "[measure]") {
+  const Campaign clean = hide({"lead_scale"}, 100, 68).campaign;
+  for (const std::size_t n : {6U, 7U, 8U, 10U, 12U}) {
+    Campaign campaign = clean;
+    for (std::size_t k = 0; k < n; ++k)
+      campaign.readings[k] = clean.readings[k * clean.readings.size() / n];
+    campaign.readings.resize(n);
+    CHECK(screened(campaign).empty());
+    std::vector<int> wrong;
+    for (const std::size_t k : {n / 2, n - 1}) {
+      campaign.readings[k].measured->x_mm += 45;
+      campaign.readings[k].measured->y_mm -= 70;
+      wrong.push_back(campaign.readings[k].seq);
+      std::vector<int> named;
+      for (const Suspicion& s : screened(campaign)) {
+        CHECK(s.kind == Mistake::far);
+        named.insert(named.end(), s.seqs.begin(), s.seqs.end());
+      }
+      CAPTURE(n);
+      CHECK(named == wrong);
+    }
+  }
+}
+
+TEST_CASE("mistakes of a stage of a millimetre are named, of all rows and of a part", "[measure]") {
+  const Campaign clean = hide({}, 0, 69, design_of("3-PPR")).campaign;
+  CHECK(screened(clean).empty());
+  for (const int every : {1, 3}) {
+    const auto in_part = [&clean, every](auto make) {
+      Campaign campaign = clean;
+      for (Reading& r : campaign.readings) {
+        if (r.seq % every == 0) make(*r.measured);
+      }
+      return campaign;
+    };
+    CAPTURE(every);
+    check_named(in_part([](Pose& p) { p.x_mm /= 1e3, p.y_mm /= 1e3; }), "scale");
+    check_named(in_part([](Pose& p) { p.x_mm = -p.x_mm; }), "frame_mirrored");
+  }
+}
+
 TEST_CASE("a small plan that is walked again under a correction is no shift of rows", "[measure]") {
   Campaign campaign = hide({"lead_scale"}, 300, 66).campaign;
   std::erase_if(campaign.readings, [](const Reading& r) { return r.seq > 60; });
