@@ -107,7 +107,7 @@ JobUncertainty uncertainty_of(store::Connection& connection, const Measured& mea
   const Correction correction = job::correction_of(job.data.result_json);
   if (const auto own =
           own_uncertainty(correction, measured.campaign.machine, found.fitted, noise->sigma)) {
-    found.of = calibrated(*own, held_out.in_range, noise->sigma);
+    found.of = calibrated(*own, held_out.in_range, noise->sigma, held_out.any);
   } else if (held_out.in_range.size() >= kFewestHeldOut) {
     found.of = held_out_uncertainty(held_out.in_range,
                                     fmt::format("held-out points in range ({})", held_out.whence),

@@ -10,6 +10,7 @@
 #include "core/calibrate/map_uncertainty.hpp"
 #include "core/calibrate/model_uncertainty.hpp"
 #include "core/error.hpp"
+#include "core/judge/range.hpp"
 #include "core/statistics/limits.hpp"
 #include "core/units.hpp"
 
@@ -170,6 +171,12 @@ std::string words_of(const Change& change, double unit, const char* name) {
 
 double changed(double U, const Change& by) { return std::hypot(by.factor * U, 2 * by.more); }
 
+FittedRange range_of(std::span<const HeldOut> held_out) {
+  std::vector<Reading> readings;
+  for (const HeldOut& h : held_out) readings.push_back(*h.reading);
+  return fitted_range(readings);
+}
+
 }  // namespace
 
 std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
@@ -194,7 +201,7 @@ std::optional<PointUncertainty> own_uncertainty(const Correction& correction,
 }
 
 PointUncertainty calibrated(const PointUncertainty& own, std::span<const HeldOut> held_out,
-                            const TrackerSigma& sigma) {
+                            const TrackerSigma& sigma, bool may_narrow) {
   if (held_out.size() < kFewestHeldOut) return own;
   std::vector<Entry> places, orientations;
   for (const HeldOut& h : held_out) {
@@ -210,10 +217,21 @@ PointUncertainty calibrated(const PointUncertainty& own, std::span<const HeldOut
   std::string basis = own.basis + "; by " + std::to_string(held_out.size()) +
                       " held-out points of place " + words_of(place.without(kNone), 1, "mm");
   if (turns) basis += ", of phi " + words_of(phi.without(kNone), deg_from_rad(1), "deg");
-  return {basis, [inner = own.of, place, phi](const Reading& reading) {
+  const bool narrows = place.without(kNone).factor < 1 || (turns && phi.without(kNone).factor < 1);
+  if (narrows) {
+    basis += may_narrow ? " (beyond their hull never less than by itself)"
+                        : " (never less than by itself)";
+  }
+  return {basis, [inner = own.of, place, phi, may_narrow,
+                  seen = range_of(held_out)](const Reading& reading) {
             const Expanded U = inner(reading);
-            return Expanded{.U_mm = changed(U.U_mm, place.without(reading.seq)),
-                            .U_rad = changed(U.U_rad, phi.without(reading.seq))};
+            const bool is_seen = may_narrow && seen.why_outside(reading.target).empty();
+            const auto of = [&](const Kind& kind) {
+              Change change = kind.without(reading.seq);
+              if (!is_seen) change.factor = std::max(1.0, change.factor);
+              return change;
+            };
+            return Expanded{.U_mm = changed(U.U_mm, of(place)), .U_rad = changed(U.U_rad, of(phi))};
           }};
 }
 

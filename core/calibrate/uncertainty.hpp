@@ -43,9 +43,13 @@ inline constexpr std::size_t kFewestHeldOut = 10;  // a mean square is then know
 ///   f: share of |e_i| <= 2 sqrt(f^2 u_i^2 + sigma^2) is 0.9545 (n + 1) / n
 /// else only its size, u'^2 = u^2 + max(0, mean(e^2) - mean(u^2) - sigma^2), with t of
 /// n (u'^2 / (u'^2 + sigma^2))^2 degrees of freedom (Welch and Satterthwaite, GUM G.4) in place of
-/// k = 2. The point that is judged is left out. `own` for fewer than kFewestHeldOut errors.
+/// k = 2. The point that is judged is left out. f below 1 holds within the hull of the held-out
+/// points alone: near the middle of what was fitted errors are smaller, and say nothing of its
+/// edge. Without `may_narrow` it holds nowhere: cross-validated errors are those of other fits.
+/// `own` for fewer than kFewestHeldOut errors. Proof: coverage where held-out points lie near the
+/// middle (uncertainty_test.cpp).
 PointUncertainty calibrated(const PointUncertainty& own, std::span<const HeldOut> held_out,
-                            const TrackerSigma& sigma);
+                            const TrackerSigma& sigma, bool may_narrow = true);
 
 /// From held-out errors alone, the same everywhere but that the point that is judged is left out:
 ///   u^2 = mean(e^2) - sigma^2,   the noise that would leave nothing aside

@@ -10,6 +10,7 @@
 #include "app/terminal/counted.hpp"
 #include "app/terminal/decimals.hpp"
 #include "app/terminal/text.hpp"
+#include "core/calibrate/uncertainty.hpp"
 #include "core/units.hpp"
 
 namespace trammel::assess {
@@ -146,8 +147,9 @@ std::string judged_text(const Judged& j, int decimals) {
   text += "\n" + uncertainty_text(j, decimals);
   if (j.covered_pct) {
     text += fmt::format(
-        "    {:.1f} % of the coordinates lie within U and the reading's noise (95 % expected)\n",
-        *j.covered_pct);
+        "    {:.1f} % of the coordinates lie within U and the reading's noise (95 % expected{})\n",
+        *j.covered_pct,
+        j.n_covered >= kFewestHeldOut ? ", by construction: these errors set the factor of U" : "");
   }
   if (!j.verdict.empty()) text += "    " + j.verdict + "\n";
   return text;

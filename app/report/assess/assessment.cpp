@@ -247,6 +247,8 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
     if (pairs.judged.standing == Standing::unseen && noise.level) {
       pairs.judged.covered_pct =
           covered_pct(pairs, measured.campaign.machine.measured, noise.level->sigma.xy_mm);
+      pairs.judged.n_covered = static_cast<std::size_t>(std::ranges::count_if(
+          pairs.judged.points, [](const Point& point) { return point.U.has_value(); }));
     }
     warn(pairs, known.range, out.warnings);
     out.sets.push_back(std::move(pairs.judged));

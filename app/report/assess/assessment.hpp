@@ -50,6 +50,7 @@ struct Judged {
   /// Held-out, of the points with U: coordinates of place within U (k = 2) and the reading's noise;
   /// 95 is expected.
   std::optional<double> covered_pct;
+  std::size_t n_covered = 0;  // points with U that it counts
 
   [[nodiscard]] bool in_sample() const { return standing == Standing::fitted; }
 };
