@@ -24,6 +24,7 @@ namespace {
 constexpr double kLeastSigma = 1e-9;
 constexpr double kMostSigmaMm = 100;
 constexpr double kMostSigmaDeg = 360;
+constexpr double kFarthestMm = 1e6;  // a command, where no limits are stated
 
 void require_sigma(const Fields& fields, const char* name, double value, double most) {
   if (!(value > 0)) fields.refuse(name, "a sigma that is not positive");
@@ -75,8 +76,14 @@ void read_walks(Fields& top, CampaignFile& file) {
   }
 }
 
-/// The campaign without its readings, and the readings' file.
-std::string read_head(const JsonFile& json, CampaignFile& file) {
+/// What the readings need of campaign.json.
+struct Head {
+  std::string readings;  // their file
+  bool states_limits = true;
+};
+
+Head read_head(const JsonFile& json, CampaignFile& file) {
+  Head head;
   Fields top(json);
   file.format = top.has("format") && top.text("format") == "campaign/1" ? 1 : 2;
   take_format(top, file.format == 1 ? "campaign/1" : "campaign/2");
@@ -87,12 +94,18 @@ std::string read_head(const JsonFile& json, CampaignFile& file) {
   }
   campaign.simulated = top.choice("kind", {"real", "simulated"}) == "simulated";
   if (file.format == 1) {
-    campaign.machine = machine_of(read_mechanism(top.object("mechanism")));
+    Fields mechanism = top.object("mechanism");
+    head.states_limits = mechanism.has("limits");
+    campaign.machine = machine_of(read_mechanism(std::move(mechanism)));
   } else {
     read_walks(top, file);
   }
   if (auto tracker = top.optional_object("tracker")) {
-    campaign.tracker = read_tracker(*tracker, campaign.machine.measured);
+    if (tracker->has("sigma_xy_mm") || tracker->has("sigma_phi_deg")) {
+      campaign.tracker = read_tracker(*tracker, campaign.machine.measured);
+    } else {
+      tracker->done();
+    }
   }
   if (auto facts = top.optional_object("facts")) {
     if (auto budget = facts->optional_object(kBudgetFact)) {
@@ -100,31 +113,38 @@ std::string read_head(const JsonFile& json, CampaignFile& file) {
     }
     for (auto& [key, value] : facts->text_pairs()) campaign.facts[key] = value;
   }
-  const std::string readings = top.text("readings");
+  head.readings = top.text("readings");
   top.done();
-  return readings;
+  return head;
+}
+
+/// Drives whose limits nobody stated reach as far as they went.
+void widen_limits(Campaign& campaign) {
+  for (std::size_t i = 0; i < campaign.machine.drives.size(); ++i) {
+    Limits& limits = campaign.machine.drives[i].limits;
+    limits = Limits{};
+    for (const Reading& r : campaign.readings) {
+      const double l_mm = r.conditions.cmd_mm[static_cast<Eigen::Index>(i)];
+      limits.l_min_mm = std::min(limits.l_min_mm, l_mm);
+      limits.l_max_mm = std::max(limits.l_max_mm, l_mm);
+    }
+  }
 }
 
 std::size_t session_of(const CampaignFile& file, std::size_t reading) {
   return file.session_of.empty() ? 0 : file.session_of[reading];
 }
 
-std::vector<std::set<int>> epochs_of_sessions(const CampaignFile& file) {
-  std::vector<std::set<int>> epochs(file.sessions.size());
-  for (std::size_t k = 0; k < file.campaign.readings.size(); ++k)
-    epochs[session_of(file, k)].insert(file.campaign.readings[k].conditions.epoch);
-  return epochs;
-}
-
 void require_epochs_held(const CampaignFile& file, const std::string& path) {
-  const std::vector<std::set<int>> epochs = epochs_of_sessions(file);
-  for (std::size_t s = 0; s < file.sessions.size(); ++s) {
-    for (const int epoch : file.sessions[s].held_epochs) {
-      if (epochs[s].contains(epoch)) continue;
-      throw InputError({.what = "an epoch in which the session has no reading",
+  std::set<int> known;
+  for (const Reading& r : file.campaign.readings) known.insert(r.conditions.epoch);
+  for (const FileSession& session : file.sessions) {
+    for (const int epoch : session.held_epochs) {
+      if (known.contains(epoch)) continue;
+      throw InputError({.what = "an epoch of which there is no reading",
                         .where = {.file = path, .field = "sessions.held_epochs"},
                         .got = std::to_string(epoch),
-                        .expected = "epochs of session " + file.sessions[s].name});
+                        .expected = "epochs of the readings"});
     }
   }
 }
@@ -191,8 +211,12 @@ CampaignFile read_campaign(const std::filesystem::path& folder_or_file) {
   const fs::path path =
       fs::is_directory(folder_or_file) ? folder_or_file / "campaign.json" : folder_or_file;
   CampaignFile file;
-  const std::string readings = read_head(read_json(path), file);
-  read_readings_csv(path.parent_path() / readings, file);
+  const Head head = read_head(read_json(path), file);
+  if (!head.states_limits) {
+    for (Drive& drive : file.campaign.machine.drives) drive.limits = {-kFarthestMm, kFarthestMm};
+  }
+  read_readings_csv(path.parent_path() / head.readings, file);
+  if (!head.states_limits) widen_limits(file.campaign);
   require_epochs_held(file, path.string());
   if (file.format == 1) set_corrected_apart(file);
   return file;
@@ -223,7 +247,9 @@ std::vector<Suspicion> screened(const CampaignFile& file) {
 }
 
 std::vector<std::pair<int, int>> held_epochs_of(const CampaignFile& file) {
-  const std::vector<std::set<int>> epochs = epochs_of_sessions(file);
+  std::vector<std::set<int>> epochs(file.sessions.size());
+  for (std::size_t k = 0; k < file.campaign.readings.size(); ++k)
+    epochs[session_of(file, k)].insert(file.campaign.readings[k].conditions.epoch);
   std::vector<std::pair<int, int>> held;
   for (std::size_t s = 0; s < epochs.size(); ++s) {
     for (const int epoch : file.sessions[s].held_epochs) {

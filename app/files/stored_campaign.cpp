@@ -65,6 +65,9 @@ CampaignFile stored_campaign(store::Connection& connection, const store::Campaig
   file.sessions.clear();
   std::map<store::Id, std::size_t> places;
   std::map<int, std::string> roles;
+  std::set<int> has_readings;
+  for (const store::StoredReading& r : readings)
+    has_readings.insert(r.data.reading.conditions.epoch);
   for (const store::SessionRow& row : store::list_sessions(connection, campaign.id)) {
     if (row.n_readings == 0) continue;
     places[row.id] = file.sessions.size();
@@ -72,13 +75,9 @@ CampaignFile stored_campaign(store::Connection& connection, const store::Campaig
                         .compensation = row.compensation_name,
                         .plan = row.plan_name,
                         .n_points = std::max(row.n_points, row.n_asked)};
-    const auto has_readings = [&](int epoch) {
-      return std::ranges::any_of(readings, [&](const store::StoredReading& r) {
-        return r.session_id == row.id && r.data.reading.conditions.epoch == epoch;
-      });
-    };
     for (const store::Epoch& epoch : store::epochs(connection, row.id)) {
-      if (epoch.held && has_readings(epoch.number)) session.held_epochs.push_back(epoch.number);
+      if (epoch.held && has_readings.contains(epoch.number))
+        session.held_epochs.push_back(epoch.number);
     }
     file.sessions.push_back(std::move(session));
     roles.merge(roles_of(connection, row, readings));

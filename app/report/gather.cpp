@@ -10,6 +10,7 @@
 
 #include "app/files/budget_json.hpp"
 #include "app/files/numbers.hpp"
+#include "app/files/stored_campaign.hpp"
 #include "app/job/run.hpp"
 #include "app/job/stages.hpp"
 #include "app/report/from_job.hpp"
@@ -325,7 +326,7 @@ Gathered gather(store::Connection& connection, const store::CampaignRow& campaig
   add_budget(report, connection, measured, all.comparisons);
   report.remarks = remarks_on(report);
   report.remarks.insert(report.remarks.end(), left_out.begin(), left_out.end());
-  for (const Suspicion& s : screened(measured)) {
+  for (const Suspicion& s : screened(stored_campaign(connection, campaign))) {
     if (rule_of(s.kind).gravity != Gravity::remark)
       report.remarks.push_back("The screen: " + in_words(s) + ".");
   }

@@ -63,16 +63,6 @@ Measured load_measured(store::Connection& connection, const store::CampaignRow& 
   return measured;
 }
 
-std::vector<Suspicion> screened(const Measured& measured) {
-  std::vector<CorrectedWalk> corrected;
-  for (const Walk& walk : measured.walks) {
-    if (!walk.compensation) continue;
-    corrected.push_back({.name = walk.session.name, .readings = {}});
-    for (const Visit& visit : walk.visits) corrected.back().readings.push_back(visit.reading);
-  }
-  return screened(measured.campaign, measured.held, corrected);
-}
-
 std::vector<store::Job> corrections_by_name(const Measured& measured, store::Id campaign_id) {
   std::vector<store::Job> all;
   std::vector<store::Id> baselines;

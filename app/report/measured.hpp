@@ -6,7 +6,6 @@
 #include "app/job/walks.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/seen.hpp"
-#include "core/measure/screen.hpp"
 #include "store/campaign.hpp"
 #include "store/job.hpp"
 #include "store/session.hpp"
@@ -24,9 +23,6 @@ struct Measured {
 };
 
 Measured load_measured(store::Connection& connection, const store::CampaignRow& campaign);
-
-/// What the screen finds in the baseline, and in each walk under a correction.
-std::vector<Suspicion> screened(const Measured& measured);
 
 /// Corrections that sessions had whose job is not in this database (they were imported): a job by
 /// name, with a number below 0 (Walk::compensation) and no result. Its fit is taken to have seen

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "app/files/stored_campaign.hpp"
 #include "app/session/agreement.hpp"
 #include "app/session/lock.hpp"
 #include "app/session/plan_record.hpp"
@@ -223,11 +224,23 @@ struct Start {
   double back_s = 0;  // by so much the computer's clock stands before the last stored reading
 };
 
+/// Where the plan's own time begins: as it was to, but other sessions that were measured since put
+/// it off, so that no reading is earlier than the one before.
+double virtual_start_s(store::Connection& connection, const Course& course) {
+  double last_s = course.settings.start_s, own_s = last_s;
+  for (const store::StoredReading& r : store::readings(connection, course.campaign.id)) {
+    const double time_s = r.data.reading.conditions.time_s.value_or(last_s);
+    last_s = std::max(last_s, time_s);
+    if (r.session_id == course.session.id) own_s = std::max(own_s, time_s);
+  }
+  return course.settings.start_s + (last_s - own_s);
+}
+
 /// The plan's own time goes on where it ended; that of the world has passed by itself, but never
 /// back before the last stored reading.
 Start start_of(store::Connection& connection, const Course& course,
                const device::Devices& devices) {
-  if (devices.virtual_time) return {course.settings.start_s};
+  if (devices.virtual_time) return {virtual_start_s(connection, course)};
   const double age_s = store::campaign_age_s(connection, course.campaign.id);
   double last_s = age_s;
   for (const store::StoredReading& r : store::readings(connection, course.campaign.id))
@@ -245,9 +258,8 @@ void note_jump(store::Connection& connection, store::Id session, const Start& st
 
 /// Nothing is measured on top of readings that the screen refuses.
 void require_sound_before(store::Connection& connection, const store::CampaignRow& campaign) {
-  const Campaign stored = store::load_campaign(connection, campaign.id).campaign;
-  require_sound(stored, screened(stored, store::held_epochs(connection, campaign.id)),
-                "see `trammel campaign check " + campaign.name + "`");
+  const CampaignFile stored = stored_campaign(connection, campaign);
+  require_sound(stored.campaign, screened(stored), "see `trammel campaign check " + campaign.name + "`");
 }
 
 /// The stored plan, on the stage as it is now.

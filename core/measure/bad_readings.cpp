@@ -7,6 +7,7 @@
 
 #include "core/linear/decompositions.hpp"
 #include "core/linear/products.hpp"
+#include "core/measure/doubts.hpp"
 #include "core/measure/printed.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/statistics/tail.hpp"
@@ -230,6 +231,17 @@ void add_missed(const Campaign& campaign, std::vector<Suspicion>& found) {
   }
 }
 
+void add_far_commands(const Campaign& c, std::vector<Suspicion>& found) {
+  const std::vector<double> off_mm = command_off_mm(c);
+  for (std::size_t k = 0; k < off_mm.size(); ++k) {
+    if (!single_far_command(off_mm, k)) continue;
+    found.push_back({Mistake::far,
+                     "its command is not that of its target",
+                     printed("it is %.3g mm off, which no correction is", off_mm[k]),
+                     {c.readings[k].seq}});
+  }
+}
+
 void add_far(const Field& f, std::vector<Suspicion>& found) {
   for (std::size_t k = 0; k < f.rows.size(); ++k) {
     const int seq = f.rows[k]->seq;
@@ -265,6 +277,7 @@ std::vector<Suspicion> bad_readings(const Campaign& campaign) {
   std::vector<Suspicion> found;
   add_stale(campaign, found);
   add_missed(campaign, found);
+  add_far_commands(campaign, found);
   for (const auto& [epoch, rows] : by_epoch(campaign)) {
     if (rows.size() >= kFewestOfMedian) add_far(field_of(rows), found);
   }

@@ -10,16 +10,15 @@
 namespace trammel {
 
 /// Readings that repeat the pose of the one before although they were asked for another (stale),
-/// that are 0, 0, 0 (missed), or whose deviation from the target lies far from what the others have
-/// about that place (far). For the last a smooth field, cubic in x and y and with phi where it
-/// varies, is fitted to the deviations of each epoch's readings, by least absolute deviations
-/// first, then by least squares without those beyond kFarTimes of the robust scale of what is left,
-/// until they are the same; a reading is far when a coordinate stays beyond kFarTimes of that
-/// scale: geometry, effects and directions widen it. Where what lies near has heavy tails itself
-/// (Student's t of 3 degrees passes 25 scales once in 13,000 times a coordinate) it is far beyond
-/// some 60.
-/// What a calibration's own residuals name lies nearer. One Suspicion for each reading and kind.
-/// Proof: tests/core/measure/screen_test.cpp.
+/// that are 0, 0, 0 (missed), whose command no correction asks for, or whose deviation from the
+/// target lies far from what the others have about that place (far). For the last a smooth field,
+/// cubic in x and y and with phi where it varies, is fitted to the deviations of each epoch's
+/// readings, by least absolute deviations first, then by least squares without those beyond
+/// kFarTimes of the robust scale of what is left, until they are the same; a reading is far when a
+/// coordinate stays beyond kFarTimes of that scale: geometry, effects and directions widen it.
+/// Where what lies near has heavy tails itself (Student's t of 3 degrees passes 25 scales once in
+/// 13,000 times a coordinate) it is far beyond some 60. What a calibration's own residuals name
+/// lies nearer. One Suspicion for each reading and kind. Proof: tests/core/measure/screen_test.cpp.
 std::vector<Suspicion> bad_readings(const Campaign& campaign);
 
 inline constexpr double kFarTimes = 25;

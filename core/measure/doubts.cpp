@@ -41,10 +41,10 @@ constexpr double kFahrenheitAbove = 50;  // 68 F is 20 deg C
 constexpr double kWarmDegc = 5;          // an exact zero among such is no reading
 constexpr int kEnoughSteps = 10;         // of time: fewer may be pauses
 constexpr double kLongStepS = 3000;      // a point takes seconds to minutes: in ms 3 s are as many
+constexpr double kShortStepS = 0.05;     // no machine moves, settles and is measured in less
 constexpr double kOneOrientation = rad_from_deg(0.05);  // orientations within it are one
 constexpr double kFineStep = 0.3;                       // of sigma: coarser digits repeat by chance
 constexpr double kFineStepMm = 1e-3;                    // where no sigma is known
-constexpr double kMostCorrectionMm = 5;                 // what is more is no machine's error
 
 bool knows(const std::vector<Suspicion>& found, Mistake kind) {
   return std::ranges::any_of(found, [kind](const Suspicion& s) { return s.kind == kind; });
@@ -302,22 +302,35 @@ void add_temperature(const Campaign& c, std::vector<Suspicion>& found) {
 /// Steps of time that no machine takes, or none at all.
 void add_time_unit(const Campaign& c, std::vector<Suspicion>& found) {
   std::vector<double> steps_s;
+  std::vector<int> after_long;
   const Reading* before = nullptr;
   for (const Reading& r : c.readings) {
     if (!r.conditions.time_s) continue;
-    if (before) steps_s.push_back(*r.conditions.time_s - *before->conditions.time_s);
+    if (before) {
+      steps_s.push_back(*r.conditions.time_s - *before->conditions.time_s);
+      if (steps_s.back() > kLongStepS) after_long.push_back(r.seq);
+    }
     before = &r;
   }
   if (steps_s.size() < static_cast<std::size_t>(kEnoughSteps)) return;
   const double step_s = median(steps_s);
+  const bool many = after_long.size() >= static_cast<std::size_t>(kEnoughSteps) &&
+                    4 * after_long.size() > steps_s.size();
   if (std::ranges::all_of(steps_s, [](double s) { return s == 0; })) {
     found.push_back({Mistake::clock, "all readings have one time",
                      printed("time_s is %.10g throughout", *before->conditions.time_s)});
-  } else if (step_s > kLongStepS) {
+  } else if (many) {
+    const bool all = after_long.size() == steps_s.size();
     found.push_back({Mistake::clock, "are times in milliseconds where seconds are due?",
-                     printed("from reading to reading time_s grows by %.4g s, which would be "
-                             "%.3g h a reading",
-                             step_s, step_s / 3600)});
+                     printed("from reading to reading time_s grows by more than %.4g s, which is "
+                             "%.3g h, %d times",
+                             kLongStepS, kLongStepS / 3600, static_cast<int>(after_long.size())),
+                     all ? std::vector<int>{} : after_long});
+  } else if (step_s > 0 && step_s < kShortStepS) {
+    found.push_back({Mistake::clock, "are times in days or hours where seconds are due?",
+                     printed("from reading to reading time_s grows by %.2g s; %.3g s in days and "
+                             "%.3g s in hours",
+                             step_s, step_s * 86400, step_s * 3600)});
   }
 }
 
@@ -416,7 +429,8 @@ void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
   std::vector<int> others;
   double most_mm = 0;
   for (std::size_t k = 0; k < off_mm.size(); ++k) {
-    if (off_mm[k] > kNominalCommandMm) others.push_back(c.readings[k].seq);
+    if (off_mm[k] <= kNominalCommandMm || single_far_command(off_mm, k)) continue;
+    others.push_back(c.readings[k].seq);
     most_mm = std::max(most_mm, off_mm[k]);
   }
   if (others.empty()) return;
@@ -455,6 +469,11 @@ std::vector<double> command_off_mm(const Campaign& c) {
     off_mm.push_back(at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0);
   }
   return off_mm;
+}
+
+bool single_far_command(const std::vector<double>& off_mm, std::size_t reading) {
+  const auto is_far = [](double mm) { return mm > kMostCorrectionMm; };
+  return is_far(off_mm[reading]) && 2 * std::ranges::count_if(off_mm, is_far) < std::ssize(off_mm);
 }
 
 std::vector<std::size_t> under_a_correction(const Campaign& c) {
