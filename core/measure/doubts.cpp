@@ -1,6 +1,7 @@
 #include "core/measure/doubts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -42,6 +43,10 @@ constexpr double kWarmDegc = 5;          // an exact zero among such is no readi
 constexpr int kEnoughSteps = 10;         // of time: fewer may be pauses
 constexpr double kLongStepS = 3000;      // a point takes seconds to minutes: in ms 3 s are as many
 constexpr double kShortStepS = 0.05;     // no machine moves, settles and is measured in less
+constexpr std::size_t kFewestOfSet = 8;  // whose median means something
+constexpr double kMoreThanBacklashMm = 0.5;
+constexpr double kHardlyOverlap =
+    3;  // scales: half way between, 7 % of each are nearer to the other
 constexpr double kOneOrientation = rad_from_deg(0.05);  // orientations within it are one
 constexpr double kFineStep = 0.3;                       // of sigma: coarser digits repeat by chance
 constexpr double kFineStepMm = 1e-3;                    // where no sigma is known
@@ -446,6 +451,50 @@ void add_commands(const Campaign& c, std::vector<Suspicion>& found) {
        all ? std::vector<int>{} : others});
 }
 
+/// Sets of one epoch whose deviations hardly overlap, and are farther apart than any backlash.
+void add_moved_frame(const Campaign& c, std::vector<Suspicion>& found) {
+  std::map<int, std::array<std::array<std::vector<double>, 3>, 2>> of_epoch;  // mm, phi at an arm
+  for (const Reading& r : c.readings) {
+    if (!r.measured || r.set == ReadingSet::predict) continue;
+    auto& off = of_epoch[r.conditions.epoch][r.set == ReadingSet::validate ? 1 : 0];
+    off[0].push_back(r.measured->x_mm - r.target.x_mm);
+    off[1].push_back(r.measured->y_mm - r.target.y_mm);
+    off[2].push_back(kArmMm * std::remainder(r.measured->phi_rad - r.target.phi_rad, 2 * kPi));
+  }
+  for (auto& [epoch, sets] : of_epoch) {
+    if (std::min(sets[0][0].size(), sets[1][0].size()) < kFewestOfSet) continue;
+    std::array<double, 3> apart_mm = {};
+    bool is_apart = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::array<double, 2> middle = {}, scatter = {};
+      for (std::size_t set = 0; set < 2; ++set) {
+        std::vector<double>& off = sets[set][axis];
+        middle[set] = median(off);
+        for (double& v : off) v -= middle[set];
+        scatter[set] = robust_sigma(off);
+      }
+      apart_mm[axis] = middle[1] - middle[0];
+      is_apart = is_apart || std::abs(apart_mm[axis]) >
+                                 std::max(kMoreThanBacklashMm,
+                                          kHardlyOverlap * std::max(scatter[0], scatter[1]));
+    }
+    if (!is_apart) continue;
+    std::vector<int> seqs;
+    for (const Reading& r : c.readings) {
+      if (r.measured && r.set == ReadingSet::validate && r.conditions.epoch == epoch)
+        seqs.push_back(r.seq);
+    }
+    found.push_back({Mistake::moved_frame,
+                     printed("have frame or homing changed before the validation readings of epoch "
+                             "%d?",
+                             epoch),
+                     printed("they are (%.3g, %.3g) mm and %.2g deg farther off their targets than "
+                             "the fitted ones",
+                             apart_mm[0], apart_mm[1], deg_from_rad(apart_mm[2] / kArmMm)),
+                     seqs});
+  }
+}
+
 void add_missing(const Campaign& c, const char* cell,
                  const std::function<bool(const Reading&)>& has, std::vector<Suspicion>& found) {
   std::vector<int> without;
@@ -501,6 +550,7 @@ std::vector<Suspicion> doubts(const Campaign& c, const std::vector<Suspicion>& k
       add_copies(c, found);
     }
     add_epochs(c, found);
+    add_moved_frame(c, found);
     add_commands(c, found);
   }
   add_temperature(c, found);

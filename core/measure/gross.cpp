@@ -30,9 +30,11 @@ constexpr double kDeviates = 0.2;            // of the width: what errors alone 
 constexpr double kMostScaled = 0.05;         // lead and tracker scale stay below
 constexpr double kMostTurnedRad = rad_from_deg(2);         // of a frame that was aligned by hand
 constexpr double kMostShiftedMm = 5;                       // of frame, joint zero or command
+constexpr double kTurnedAlike = 0.2;                       // two turns are one within it
 constexpr double kOneOrientationRad = rad_from_deg(0.05);  // orientations within it are one
-constexpr double kOtherLengthMm = 1;  // of R, r or S: no machining is that far off
-constexpr double kLeastMm = 0.5;      // closer nothing gross is seen, however near the poses
+constexpr double kOtherLengthMm = 0.5;  // of R, r or S: no machining is that far off
+constexpr double kExactMm = 1e-4;       // digits of commands
+constexpr double kLeastMm = 0.5;        // closer nothing gross is seen, however near the poses
 // What small machines may be off, of the width of targets or commands: a tenth is what a similarity
 // may leave.
 constexpr double kShareOfSmall = 0.2;
@@ -40,7 +42,8 @@ constexpr double kMicrometres = 1e3;  // in a millimetre
 constexpr std::array<double, 5> kLengthUnits = {1e-3, 1 / 25.4, 0.1, kMicrometres, 25.4};
 constexpr double kThird = 1.0 / 3;    // of the rows: where so many are on target, those are poses
 constexpr double kSmoothShare = 0.5;  // of their spread: what a smooth field leaves of errors
-constexpr int kMostRows = 10;         // that columns may be shifted by
+constexpr double kManyOrientations = 10;  // of one: fewer are scatter
+constexpr int kMostRows = 10;             // that columns may be shifted by
 
 using Commands = std::vector<Displacements>;
 
@@ -119,7 +122,11 @@ std::vector<Part> parts_of(const Lie& l, const std::string& column) {
   const Similarity& p = l.place;
   const double turn_deg = deg_from_rad(p.turn_rad);
   const bool similar = l.similar();
-  const bool turned = similar && std::abs(p.turn_rad) > kMostTurnedRad;
+  const double offset = l.angle.offset_rad;
+  const bool as_orientations =  // a turn of both, of which one alone passes the bound
+      std::abs(offset) > kMostTurnedRad &&
+      std::abs(wrapped(offset - p.turn_rad)) < kTurnedAlike * std::abs(offset);
+  const bool turned = similar && (std::abs(p.turn_rad) > kMostTurnedRad || as_orientations);
   if (similar && std::abs(p.scale - 1) > kMostScaled) {
     parts.push_back({Mistake::scale, column + " x and y " + unit_words(p.scale)});
   }
@@ -235,6 +242,7 @@ class Search {
     if (poses_lie) of_poses();
     if (fitted_.empty() && !lie_.similar()) of_columns();
     if (last_resort && fitted_.empty() && !lie_.similar()) of_micrometres();
+    if (last_resort && fitted_.empty() && lie_.similar()) of_orientations();
     if (robot_lies) of_wires();
     if (commands_lie && !(poses_lie && of_measured_.whole_mm < of_targets_.whole_mm)) of_commands();
     other_lengths();
@@ -325,6 +333,46 @@ class Search {
                  off_mm(targets_, right), lie_.off_mm, kLie, kSimilarShare * lie_.width_mm);
       }
     }
+  }
+
+  /// Orientations alone: what they are off their targets, or those of other rows.
+  void of_orientations() {
+    if (robust_sigma(about_middle(targets_)) < kManyOrientations * kOneOrientationRad) return;
+    const auto with = [&](auto phi_of) {
+      Poses right = measured_;
+      for (std::size_t k = 0; k < right.size(); ++k) right[k].phi_rad = phi_of(k);
+      return right;
+    };
+    consider(Mistake::deviations,
+             "deviations from the targets, or nothing, stand in place of measured orientations",
+             off_mm(targets_, with([&](std::size_t k) {
+                      return targets_[k].phi_rad + measured_[k].phi_rad;
+                    })),
+             lie_.off_mm, kLie, INFINITY);
+    const auto n = static_cast<int>(measured_.size());
+    for (int by = -kMostRows; by <= kMostRows; ++by) {
+      if (by == 0 || std::abs(by) >= n) continue;
+      const Poses right = with([&](std::size_t k) {
+        const int other = static_cast<int>(k) + by;
+        return other < 0 || other >= n ? targets_[k].phi_rad
+                                       : measured_[static_cast<std::size_t>(other)].phi_rad;
+      });
+      consider(Mistake::shifted_rows,
+               "measured orientations stand " + rows_in_words(by) +
+                   (by > 0 ? " too late" : " too early"),
+               off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
+    }
+  }
+
+  static std::vector<double> about_middle(const Poses& poses) {
+    const double middle = middle_of(poses);
+    std::vector<double> phi;
+    for (const Pose& p : poses) phi.push_back(wrapped(p.phi_rad - middle));
+    return phi;
+  }
+
+  static std::string rows_in_words(int by) {
+    return std::to_string(std::abs(by)) + (std::abs(by) == 1 ? " row" : " rows");
   }
 
   /// Whatever is small lies on its target; errors of a machine also follow the place smoothly.
@@ -499,6 +547,9 @@ class Search {
           Mistake::mechanism,
           printed("commands are those of %s = %.6g mm, not of %.6g", length.name, is + by_mm, is),
           left_mm, now_mm, "commands fit the inverse kinematics of the targets", kNothingMm);
+      if (left_mm < kExactMm && !fitted_.empty() &&
+          fitted_.back().suspicion.kind == Mistake::mechanism)
+        fitted_.back().left_mm = left_mm;  // commands carry no noise: nothing fits as well
     }
   }
 
@@ -515,8 +566,7 @@ class Search {
     const double now_mm = lie_.off_mm;
     for (int by = -kMostRows; by <= kMostRows; ++by) {
       if (by == 0 || !moves_targets(by)) continue;
-      const std::string rows =
-          std::to_string(std::abs(by)) + (std::abs(by) == 1 ? " row" : " rows");
+      const std::string rows = rows_in_words(by);
       const auto stand = [&](const char* what, bool late) {
         return std::string(what) + " stand " + rows + (late ? " too late" : " too early");
       };

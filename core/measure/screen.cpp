@@ -23,7 +23,7 @@ constexpr const char* kColumns = "put the columns right, and import again";
 constexpr const char* kExclude =
     "look at it; `trammel reading exclude` or `calibrate --without-suspects` leaves it out";
 
-constexpr std::array<MistakeRule, 25> kRules = {{
+constexpr std::array<MistakeRule, 26> kRules = {{
     {Mistake::drives_swapped, "drives_swapped", Gravity::gross, kWiring},
     {Mistake::drive_reversed, "drive_reversed", Gravity::gross, kWiring},
     {Mistake::phi_offset, "phi_offset", Gravity::gross, "state orientations from the robot's X"},
@@ -52,6 +52,8 @@ constexpr std::array<MistakeRule, 25> kRules = {{
     {Mistake::copied, "copied", Gravity::doubt, "validate on readings that no fit has seen"},
     {Mistake::unknown_epoch, "unknown_epoch", Gravity::doubt,
      "identify from readings of that epoch as well"},
+    {Mistake::moved_frame, "moved_frame", Gravity::doubt,
+     "if the frame or the homing changed between them, give these rows an epoch of their own"},
     {Mistake::other_commands, "other_commands", Gravity::remark,
      "those under a correction are a walk of their own and no baseline; where all are of another "
      "model they count as baseline: state the mechanism they were made with"},

@@ -34,6 +34,7 @@ enum class Mistake {
   duplicated,        // one reading stands twice or more
   copied,            // validation readings that are copies of fitted ones
   unknown_epoch,     // validation in an epoch that no fit can see
+  moved_frame,       // validation readings lie elsewhere than the fitted ones
   other_commands,    // commands of another model than the nominal one
   missing_cells,     // times or temperatures that some readings have and others have not
   stale,             // a reading repeats the pose of the one before

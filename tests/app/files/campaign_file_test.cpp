@@ -20,7 +20,7 @@ const std::string kDriveError = tests::source_folder() + "/tests/support/campaig
 
 const char* const kHead =
     R"({"format": "campaign/1", "name": "t", "kind": "real",
- "mechanism": {"type": "3-PRR", "screw_lead_mm": 10, "chains": [
+ "mechanism": {"type": "3-PRR", "screw_lead_mm": 10, "limits": {"l_max_mm": 600}, "chains": [
   {"alpha_deg": 270, "beta_deg": 30, "r_mm": 100, "S_mm": 430, "R_mm": 733},
   {"alpha_deg": 30, "beta_deg": 150, "r_mm": 100, "S_mm": 430, "R_mm": 733},
   {"alpha_deg": 150, "beta_deg": 270, "r_mm": 100, "S_mm": 430, "R_mm": 733}]},
@@ -209,7 +209,7 @@ TEST_CASE("a bad campaign.json is refused by its path", "[exchange]") {
         "mechanism.chains[0].S_mm");
   CHECK(error_of(csv, with("\"S_mm\": 430", "\"S_mm\": -430")).where.line == 3);
   CHECK(error_of(csv, with("\"facts\"", "\"fact\"")).where.field == "fact");
-  CHECK(error_of(csv, with("\"facts\"", "\"tracker\"")).where.field == "tracker.sigma_xy_mm");
+  CHECK(error_of(csv, with("\"facts\"", "\"tracker\"")).where.field == "tracker.operator");
 }
 
 TEST_CASE("missing files are not found and name themselves", "[exchange]") {
