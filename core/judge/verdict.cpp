@@ -46,9 +46,10 @@ std::string floor_verdict(double mean_mm, std::size_t n, double sigma_xy_mm, int
     std::snprintf(text, sizeof text, "at the floor: %.4f mm, where a perfect robot reads %s",
                   mean_mm, expected);
   } else {
-    std::snprintf(
-        text, sizeof text, "%.1f um unexplained beyond the floor: a perfect robot reads %s",
-        1000 * std::sqrt(mean_mm * mean_mm - perfect.mean_mm * perfect.mean_mm), expected);
+    std::snprintf(text, sizeof text,
+                  "%.1f um unexplained beyond the floor%s: a perfect robot reads %s",
+                  1000 * std::sqrt(mean_mm * mean_mm - perfect.mean_mm * perfect.mean_mm),
+                  noise_degrees == 0 ? ", or noisier readings than stated" : "", expected);
   }
   return text;
 }

@@ -159,7 +159,19 @@ double far_times(const Field& f) {
   return std::max(kFarTimes, student3_reach(coordinates, kFalseFar) / kScaleOfStudent3);
 }
 
-Field field_of(const Rows& rows) {
+/// What is near whatever scatters, mm, mm, rad: less where the noise is known to be.
+std::array<double, 3> least_far(const Campaign& campaign) {
+  if (!campaign.tracker) return kLeastFar;
+  const TrackerSigma& sigma = *campaign.tracker;
+  std::array<double, 3> least = kLeastFar;
+  const std::array<double, 3> of_noise = {sigma.xy_mm, sigma.xy_mm, sigma.phi_rad};
+  for (std::size_t c = 0; c < least.size(); ++c) {
+    if (of_noise[c] > 0) least[c] = std::min(least[c], kFarTimes * of_noise[c]);
+  }
+  return least;
+}
+
+Field field_of(const Rows& rows, const std::array<double, 3>& least_far) {
   Field f{.rows = rows};
   const auto n = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd off(n, 3);
@@ -181,7 +193,7 @@ Field field_of(const Rows& rows) {
     for (int c = 0; c < 3; ++c) f.sigma[c] = sigma_of(f.left.col(c), f.keep);
     const double times = far_times(f);
     for (int c = 0; c < 3; ++c) {
-      const double least = (rounds == 1 ? kNoMachineErrs : kLeastFar)[static_cast<std::size_t>(c)];
+      const double least = (rounds == 1 ? kNoMachineErrs : least_far)[static_cast<std::size_t>(c)];
       const double limit = std::max(times * f.sigma[c], least);
       for (Eigen::Index k = 0; k < n; ++k) {
         if (std::abs(f.left(k, c)) > limit) keep[static_cast<std::size_t>(k)] = false;
@@ -279,7 +291,7 @@ std::vector<Suspicion> bad_readings(const Campaign& campaign) {
   add_missed(campaign, found);
   add_far_commands(campaign, found);
   for (const auto& [epoch, rows] : by_epoch(campaign)) {
-    if (rows.size() >= kFewestOfMedian) add_far(field_of(rows), found);
+    if (rows.size() >= kFewestOfMedian) add_far(field_of(rows, least_far(campaign)), found);
   }
   return found;
 }
@@ -288,7 +300,7 @@ SmoothResidual smooth_residual(const Campaign& campaign) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int dof = 0;
   for (const auto& [epoch, rows] : by_epoch(campaign)) {
-    const Field f = field_of(rows);
+    const Field f = field_of(rows, least_far(campaign));
     const auto kept = std::ranges::count(f.keep, true);
     const int free = static_cast<int>(kept) - f.terms;
     if (free <= 0) continue;
