@@ -38,7 +38,8 @@ constexpr double kLeastMm = 0.5;        // closer nothing gross is seen, however
 // What small machines may be off, of the width of targets or commands: a tenth is what a similarity
 // may leave.
 constexpr double kShareOfSmall = 0.2;
-constexpr double kMicrometres = 1e3;  // in a millimetre
+constexpr double kShareOfStep = 0.03;  // targets nearer together are one place
+constexpr double kMicrometres = 1e3;   // in a millimetre
 constexpr std::array<double, 5> kLengthUnits = {1e-3, 1 / 25.4, 0.1, kMicrometres, 25.4};
 constexpr double kThird = 1.0 / 3;    // of the rows: where so many are on target, those are poses
 constexpr double kSmoothShare = 0.5;  // of their spread: what a smooth field leaves of errors
@@ -230,8 +231,10 @@ class Search {
     }
     sound_mm_ = std::max(kSoundShare * spread_mm_, std::min(kLeastMm, kShareOfSmall * spread_mm_));
     lie_ = lie(targets_, measured_);
-    if (lie_.width_mm > kNarrowMm)
+    if (lie_.width_mm > kNarrowMm) {
       most_mm_ = std::min(kMostShiftedMm, kShareOfSmall * lie_.width_mm);
+      other_mm_ = std::min(kMostShiftedMm, kShareOfStep * lie_.width_mm);
+    }
     const bool targets_lie = of_measured_.whole_mm < of_targets_.whole_mm &&
                              !parts_of(lie(measured_, targets_), "target").empty();
     const bool poses_lie = !parts_of(lie_, "measured").empty() || targets_lie || deviating();
@@ -557,7 +560,7 @@ class Search {
   /// walked again has the same targets some rows later.
   [[nodiscard]] bool moves_targets(int by) const {
     const std::vector<double> off = distances_mm(targets_, targets_, by);
-    const auto others = std::ranges::count_if(off, [this](double mm) { return mm > most_mm_; });
+    const auto others = std::ranges::count_if(off, [this](double mm) { return mm > other_mm_; });
     return others >= kFewestScreened && 2 * others > std::ssize(off) &&
            2 * off.size() >= targets_.size();
   }
@@ -638,8 +641,9 @@ class Search {
   Poses targets_, measured_;
   InverseResult home_;
   double spread_mm_ = 0;
-  double sound_mm_ = kLeastMm;       // what commands of a sound robot are off at the most
-  double most_mm_ = kMostShiftedMm;  // and poses
+  double other_mm_ = kMostShiftedMm;  // targets farther apart are two places
+  double sound_mm_ = kLeastMm;        // what commands of a sound robot are off at the most
+  double most_mm_ = kMostShiftedMm;   // and poses
   Distance of_measured_, of_targets_;
   Lie lie_;
   std::vector<FittedMistake> fitted_;
