@@ -156,7 +156,7 @@ StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
 
 Stage lsq_stage() {
   return {.name = "lsq",
-          .algorithm_version = 9,
+          .algorithm_version = 10,
           .what = "the paper's linear least squares on all readings, with its rank",
           .complete = complete_lsq,
           .run = run_lsq};

@@ -153,7 +153,7 @@ StageResult run_rbf(const Campaign& campaign, const Json& p) {
 
 Stage idw_stage() {
   return {.name = "idw",
-          .algorithm_version = 7,
+          .algorithm_version = 8,
           .what = "inverse distance weighting of joint errors",
           .complete = complete_idw,
           .run = run_idw};
@@ -161,7 +161,7 @@ Stage idw_stage() {
 
 Stage rbf_stage() {
   return {.name = "rbf",
-          .algorithm_version = 7,
+          .algorithm_version = 8,
           .what = "a Gaussian network of joint errors",
           .complete = complete_rbf,
           .run = run_rbf};

@@ -399,7 +399,7 @@ StageResult run_gp(const Campaign& campaign, const Json& parameters) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 10,
+          .algorithm_version = 11,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete_model,
           .run = run_geometry};
@@ -407,7 +407,7 @@ Stage geometry_stage() {
 
 Stage gp_stage() {
   return {.name = "gp",
-          .algorithm_version = 6,
+          .algorithm_version = 7,
           .what = "Gaussian-process regression of joint errors",
           .complete = complete_gp,
           .run = run_gp};
@@ -416,7 +416,7 @@ Stage gp_stage() {
 Stage hybrid_stage() {
   return {
       .name = "hybrid",
-      .algorithm_version = 10,
+      .algorithm_version = 11,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
       .run = run_hybrid};

@@ -46,7 +46,7 @@ std::optional<Interval> improvement_interval_pct(std::span<const double> before,
   require_pairs(before, after);
   if (before.size() < kFewestForInterval) return std::nullopt;
   const double b = mean_of(before), a = mean_of(after);
-  if (!(a > kRounding * b)) return std::nullopt;
+  if (!(b > 0 && a > kRounding * b)) return std::nullopt;
   const double width = student(before.size()) *
                        std::sqrt(error2(after, 1 / a, before, 1 / b) + u_relative * u_relative);
   return Interval{100 * (1 - a / b * std::exp(width)), 100 * (1 - a / b * std::exp(-width))};
