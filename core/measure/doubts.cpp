@@ -222,7 +222,7 @@ void add_sigma(const Campaign& c, const Scatter& of, std::vector<Suspicion>& fou
     found.push_back(
         {Mistake::sigma_unit,
          printed("is the stated sigma in the right unit%s? It is %.3g %s",
-                 near_unit(ratio, 1e-3) ? " (it looks like micrometres for mm)" : "",
+                 is_xy && near_unit(ratio, 1e-3) ? " (it looks like micrometres for mm)" : "",
                  is_xy ? c.tracker->xy_mm : deg_from_rad(c.tracker->phi_rad), is_xy ? "mm" : "deg"),
          printed("readings scatter about a smooth field by %.2g %s, %.2g of the stated noise",
                  is_xy ? left_xy_mm : deg_from_rad(left.phi_rad), is_xy ? "mm" : "deg", ratio)});
