@@ -124,6 +124,11 @@ TEST_CASE("a mistake in one column, or in the rows of one export, is named", "[m
                            return p;
                          }),
               "scale");
+  check_named(with_poses(clean,
+                         [](const Pose& p) {
+                           return Pose{1.1 * p.x_mm, 1.1 * p.y_mm, p.phi_rad};
+                         }),
+              "scale");  // of no unit, and of no machine
   Campaign deviations = clean;
   for (Reading& r : deviations.readings) {
     r.measured->x_mm = 1e3 * (r.measured->x_mm - r.target.x_mm);

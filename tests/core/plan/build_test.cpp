@@ -109,6 +109,8 @@ TEST_CASE("a rail plan moves one rail at a time, five runs in both directions", 
   }
   CHECK(visits.size() == 22);
   for (const auto& [where, count] : visits) CHECK(count == 5);
+  const double travel_mm = visits.rbegin()->first.first;
+  CHECK(travel_mm == -visits.begin()->first.first);  // as far to either side of home
   CHECK_THROWS_AS(rail_plan(mechanism, {.half_travel_mm = 600}), InputError);
   CHECK_THROWS_AS(rail_plan(mechanism, {.targets = 1}), InputError);
 }

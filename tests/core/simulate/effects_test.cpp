@@ -145,6 +145,8 @@ TEST_CASE("a bump and a harmonic of another period stay on their rail", "[simula
   CHECK_THAT(joint_errors(truth, at_place({260, 250, 260}))[1], WithinAbs(0.05, kToleranceMm));
   const Displacements at_width = joint_errors(truth, at_place({260, 260, 260}));
   CHECK_THAT(at_width[1], WithinAbs(0.05 / std::exp(1.0), kToleranceMm));
+  CHECK_THAT(joint_errors(truth, at_place({260, 230, 260}))[1],
+             WithinAbs(0.05 * std::exp(-4.0), kToleranceMm));
   CHECK_THAT(at_width[0], WithinAbs(0, kToleranceMm));
   truth.bumps.clear();
   truth.harmonics = {{2, 5, 0.01, 0.02}};

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/statistics/random.hpp"
+#include "core/statistics/robust.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace trammel;
@@ -22,6 +23,12 @@ TEST_CASE("p95 interpolates between order statistics whatever the order of the v
   CHECK_THAT(s.p95, WithinAbs(19.0, 1e-14));
   values.push_back(21);
   CHECK_THAT(summarise(values).p95, WithinAbs(0.95 * 21, 1e-14));  // between 19 and 20
+}
+
+TEST_CASE("the median is the middle value, of an even number the mean of the two", "[statistics]") {
+  CHECK(median({9, 1, 4}) == 4);
+  CHECK(median({9, 1, 4, 7}) == 5.5);
+  CHECK(median({3}) == 3);
 }
 
 TEST_CASE("quantiles are those of the sorted values, whatever their number, order and ties",
