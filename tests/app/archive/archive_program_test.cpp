@@ -110,7 +110,7 @@ TEST_CASE("an archive of a newer program is refused with both versions, and left
   const Finished done = run_program(
       {"archive", "init", server->uri(archive, "owner"), "--db", "lab.db"}, folder.path());
   CHECK(done.exit_code == 8);
-  CHECK_THAT(done.err, Contains("99") && Contains("version 7"));
+  CHECK_THAT(done.err, Contains("99") && Contains("version 8"));
 }
 
 TEST_CASE("an archive of an older program is refused until its owner has brought it up to date",
