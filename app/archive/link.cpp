@@ -102,7 +102,7 @@ std::vector<std::pair<std::string, std::string>> connection_words(const LinkOpti
   const std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)> parsed(
       PQconninfoParse(options.uri.c_str(), &fault), PQconninfoFree);
   if (!parsed) {
-    InputError error({.what = "this names no archive",
+    InputError error({.what = "this does not name an archive",
                       .where = {.field = "URI"},
                       .got = fault != nullptr ? one_line(fault) : "no memory",
                       .expected = "postgresql://HOST/NAME, or what libpq takes"});

@@ -35,7 +35,7 @@ TEST_CASE("trammel archive runs trammel-archive with the same words", "[archive]
       run_command({tests::build_folder() + "/trammel-archive", "push", "--help"}, folder.path());
   CHECK(by_noun.exit_code == 0);
   CHECK(by_noun.out == own.out);
-  CHECK_THAT(own.out, Contains("Send what the archive has not"));
+  CHECK_THAT(own.out, Contains("Send what the archive does not have yet"));
   for (const char* verb :
        {"init", "push", "pull", "list", "verify", "status", "rerun", "work", "query"}) {
     const Finished help = run_program({"archive", verb, "--help"}, folder.path());
