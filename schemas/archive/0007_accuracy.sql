@@ -4,10 +4,19 @@
 INSERT INTO trammel.archive (version) VALUES (7);
 SET LOCAL search_path = trammel, pg_catalog;
 
--- The role of each reading of an imported session, by its seq; none where a stranger's settings are no JSON.
-CREATE FUNCTION trammel.roles_of(settings_json text) RETURNS json LANGUAGE plpgsql IMMUTABLE AS $$
+-- A station's file has no other numbers (schemas/sql); not a number, from a stranger, would end every question about all.
+ALTER TABLE trammel.reading ADD CONSTRAINT reading_has_numbers CHECK (
+  greatest(target_x_mm, target_y_mm, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, from_l3_mm,
+           encoder_l1_mm, encoder_l2_mm, encoder_l3_mm) <= 1e5
+  AND least(target_x_mm, target_y_mm, cmd_l1_mm, cmd_l2_mm, cmd_l3_mm, from_l1_mm, from_l2_mm, from_l3_mm,
+            encoder_l1_mm, encoder_l2_mm, encoder_l3_mm) >= -1e5
+  AND greatest(abs(x_mm), abs(y_mm)) <= 1e6 AND abs(target_phi_rad) <= 100 AND abs(phi_rad) <= 1000
+  AND abs(time_s) <= 1e10 AND temp_degc BETWEEN -273.15 AND 1000) NOT VALID;
+
+-- The role of each reading of an imported session, by its seq; none where a stranger's settings are not JSON.
+CREATE FUNCTION trammel.roles_of(settings_json text) RETURNS jsonb LANGUAGE plpgsql IMMUTABLE AS $$
 BEGIN
-  RETURN settings_json::json -> 'roles';
+  RETURN settings_json::jsonb -> 'roles';
 EXCEPTION WHEN data_exception OR program_limit_exceeded THEN RETURN NULL;
 END $$;
 -- Of a station's job: the seq of the readings that it left out.
