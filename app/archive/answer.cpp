@@ -37,7 +37,7 @@ Link::Answer::Answer(Link& link, const std::string& sql, milliseconds limit,
   for (const std::string& value : values) parameters.push_back(value.c_str());
   if (PQsendQueryParams(connection, sql.c_str(), static_cast<int>(parameters.size()), nullptr,
                         parameters.data(), nullptr, nullptr, 0) == 0) {
-    link_.fail("the archive takes no question", nullptr);
+    link_.fail("the question could not be sent", nullptr);
   }
   PQsetSingleRowMode(connection);
   fetch();

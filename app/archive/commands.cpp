@@ -49,7 +49,7 @@ Link link_to(const Options& options, const Context& context) {
 
 Station require_station(const Context& context) {
   if (auto station = read_station(context.db())) return *station;
-  throw NotFoundError({.what = "this database is no station of an archive",
+  throw NotFoundError({.what = "this database is not a station of an archive",
                        .where = {.file = context.db()},
                        .hint = "trammel archive init URI makes it one"});
 }
@@ -88,7 +88,8 @@ namespace {
 
 ExitCode run_init(const Options& options, Context& context) {
   Link link({.uri = options.uri, .insecure = options.insecure, .who = "trammel init"});
-  const bool made = install(link);
+  const int version = archive_version(link);
+  const bool changed = install(link);
   require_archive(link);
   const auto before = read_station(context.db());
   if (before && !options.station.empty() && before->uuid != options.station) {
@@ -103,11 +104,14 @@ ExitCode run_init(const Options& options, Context& context) {
                         .uri = options.uri};
   write_station(context.db(), station);
   if (context.json) {
-    context.print("archive-init",
-                  {{"made", made}, {"station", station.uuid}, {"database", context.db()}});
+    context.print(
+        "archive-init",
+        {{"made", changed && version == 0}, {"station", station.uuid}, {"database", context.db()}});
   } else {
-    context.print(fmt::format("{}; {} is station {}",
-                              made ? "made the archive with its roles" : "the archive is there",
+    context.print(fmt::format("{}; {} is station {} of it",
+                              !changed       ? "the archive was there already"
+                              : version == 0 ? "made the archive and its roles"
+                                             : "brought the archive up to date",
                               cli::printable(context.db()), station.uuid));
   }
   context.next("trammel archive push");

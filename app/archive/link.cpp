@@ -37,6 +37,8 @@ constexpr const char* kServerPatience =
 // As long as the server lets it, and a minute in which it should have said so.
 constexpr std::chrono::minutes kLongestStatement{61};
 
+constexpr std::string_view kMayNot = "42501";  // insufficient_privilege
+
 constexpr std::size_t kCopyBytes = 256 * 1024;  // sent at once
 constexpr std::string_view kCopyHeader{"PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0\0", 19};
 
@@ -100,7 +102,7 @@ std::vector<std::pair<std::string, std::string>> connection_words(const LinkOpti
   const std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)> parsed(
       PQconninfoParse(options.uri.c_str(), &fault), PQconninfoFree);
   if (!parsed) {
-    InputError error({.what = "this names no archive",
+    InputError error({.what = "this does not name an archive",
                       .where = {.field = "URI"},
                       .got = fault != nullptr ? one_line(fault) : "no memory",
                       .expected = "postgresql://HOST/NAME, or what libpq takes"});
@@ -167,13 +169,15 @@ Link::Link(const LinkOptions& options) {
          .got = said,
          .hint = tls ? "the server needs a certificate that is known here (sslrootcert); "
                        "--insecure goes without"
-                     : ""});
+                     : "are host, database and role right? a password stands in ~/.pgpass, a "
+                       "service file or PGPASSWORD"});
   }
   if (const int version = PQserverVersion(connection_.get()); version < kOldestServer) {
     throw StoreError({.what = "the archive's server is too old for it",
                       .where = {.file = name_},
                       .got = fmt::format("PostgreSQL {}", version / 10000),
-                      .expected = fmt::format("PostgreSQL {} or later", kOldestServer / 10000)});
+                      .expected = fmt::format("PostgreSQL {} or later", kOldestServer / 10000),
+                      .hint = "pg_upgrade, by who keeps the server"});
   }
   PQsetNoticeProcessor(
       connection_.get(), [](void*, const char*) {}, nullptr);
@@ -190,11 +194,39 @@ void Link::fail(const std::string& doing, const pg_result* result) const {
                  .where = {.file = name_},
                  .got = one_line(primary != nullptr ? primary : PQerrorMessage(connection_.get()))};
   if (state != nullptr) text.got += std::string(" (") + state + ")";
+  text.hint = state != nullptr && state == kMayNot
+                  ? "its owner decides: GRANT trammel_station (trammel_worker, trammel_reader) TO "
+                    "ROLE"
+                  : "nothing of it is stored; the server's log may say more";
   if (PQstatus(connection_.get()) != CONNECTION_OK) {
     text.hint = "nothing that was not acknowledged counts; the same command goes on from there";
     throw DeviceError(std::move(text));
   }
-  throw StoreError(std::move(text));
+  throw Refused(std::move(text), state == nullptr ? "" : state);
+}
+
+void Link::written_by_a_person(const std::string& field, const std::string& expected,
+                               const std::function<void()>& ask) {
+  try {
+    ask();
+  } catch (const Refused& refused) {
+    // Not implemented; too many rows; values; writing; syntax, names and types.
+    constexpr std::array<std::string_view, 5> kOfTheWords = {"0A", "21", "22", "25", "42"};
+    const auto is_class = [&refused](std::string_view c) { return refused.state.starts_with(c); };
+    if (refused.state == kMayNot || std::ranges::none_of(kOfTheWords, is_class)) throw;
+    run("ROLLBACK");
+    std::string names;
+    for (const Row& row :
+         this->ask("SELECT relname FROM pg_class WHERE relnamespace = "
+                   "'trammel'::regnamespace AND relkind IN ('r', 'v') ORDER BY 1")) {
+      names += (names.empty() ? "" : ", ") + text_of(row, 0);
+    }
+    throw InputError({.what = "the archive cannot run this",
+                      .where = {.field = field},
+                      .got = refused.text().got,
+                      .expected = expected + names,
+                      .hint = "their columns stand in store/README.md and app/archive/README.md"});
+  }
 }
 
 std::vector<Link::Row> Link::ask(const std::string& sql, const std::vector<std::string>& values) {
@@ -228,7 +260,9 @@ void Link::commit() {
   }
   // A transaction in which something failed is rolled back by COMMIT, and that is no error.
   if (std::string_view(PQcmdStatus(result.get())) != "COMMIT") {
-    throw StoreError({.what = "the archive rolled back", .where = {.file = name_}});
+    throw StoreError({.what = "the archive rolled back",
+                      .where = {.file = name_},
+                      .hint = "nothing was stored; the same command goes on from there"});
   }
 }
 

@@ -36,6 +36,13 @@ inline constexpr int kOldestServer = 150000;
 /// Of one answer that is held whole: the digests of 10^7 rows.
 inline constexpr std::size_t kMostAnsweredBytes = std::size_t{1} << 30;
 
+/// The server took no statement, and the connection goes on.
+struct Refused : StoreError {
+  Refused(ErrorText text, std::string sqlstate)
+      : StoreError(std::move(text)), state(std::move(sqlstate)) {}
+  std::string state;  // five letters and digits of PostgreSQL's; none where it was not the server
+};
+
 /// Owns the connection. One thread at a time.
 class Link {
  public:
@@ -76,6 +83,13 @@ class Link {
     Link& link_;
     bool done_ = false;
   };
+
+  /// `ask` runs SQL that a person wrote, and throws what the server says of it as InputError of
+  /// that field, with the names of tables and views that there are. Any transaction ends with it.
+  /// @throws Refused  what is not of the words: a role that may not, a full disk.
+  /// Proof: query_archive_test.cpp
+  void written_by_a_person(const std::string& field, const std::string& expected,
+                           const std::function<void()>& ask);
 
   /// Quotes a text for SQL where no value can stand (COPY's query).
   [[nodiscard]] std::string quoted(const std::string& text) const;

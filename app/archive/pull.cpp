@@ -105,7 +105,7 @@ store::CheckReport pull(Link& link, const Wanted& wanted, const std::filesystem:
   link.run("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ READ ONLY");
   if (link.ask("SELECT 1 FROM trammel.campaign_head WHERE station = $1 LIMIT 1", {wanted.station})
           .empty()) {
-    throw NotFoundError({.what = "the archive has nothing of this station",
+    throw NotFoundError({.what = "the archive has nothing from this station",
                          .where = {.field = wanted.station},
                          .hint = "see `trammel archive status`"});
   }

@@ -121,7 +121,7 @@ std::vector<LocalRow> new_rows(Link& link, const CampaignName& campaign,
     }
   }
   if (n_known != there.size())
-    throw parted(campaign, local, archived, "rows that this file has not");
+    throw parted(campaign, local, archived, "rows that this file does not have");
   return fresh;
 }
 

@@ -60,25 +60,27 @@ ExitCode run_query(const cli::ArchiveOptions& options, cli::Context& context) {
       "SET LOCAL statement_timeout = " +
       std::to_string(limit.count()));
   const std::string question = question_of(options.query.sql);
-  Link::Answer answer(link, question, limit + kGrace);
-  const bool is_select = question == options.query.sql;
-  const auto next = [&]() -> std::optional<std::vector<store::Cell>> {
-    const auto row = answer.next();
-    if (!row) return std::nullopt;
-    std::vector<store::Cell> cells;
-    for (std::size_t k = 0; k < row->size(); ++k) {
-      const auto& value = (*row)[k];
-      if (is_select && value && value->size() > store::kLongestAnsweredBytes) {
-        throw StoreError({.what = "a value of the answer is too long",
-                          .where = {.field = answer.columns()[k]},
-                          .got = std::to_string(value->size()) + " bytes",
-                          .expected = std::to_string(store::kLongestAnsweredBytes) + " at most"});
+  link.written_by_a_person("SQL", "one SELECT, or the name of a table or view: ", [&] {
+    Link::Answer answer(link, question, limit + kGrace);
+    const bool is_select = question == options.query.sql;
+    const auto next = [&]() -> std::optional<std::vector<store::Cell>> {
+      const auto row = answer.next();
+      if (!row) return std::nullopt;
+      std::vector<store::Cell> cells;
+      for (std::size_t k = 0; k < row->size(); ++k) {
+        const auto& value = (*row)[k];
+        if (is_select && value && value->size() > store::kLongestAnsweredBytes) {
+          throw StoreError({.what = "a value of the answer is too long",
+                            .where = {.field = answer.columns()[k]},
+                            .got = std::to_string(value->size()) + " bytes",
+                            .expected = std::to_string(store::kLongestAnsweredBytes) + " at most"});
+        }
+        cells.push_back(value ? cell_of(*value, answer.types().at(k)) : nullptr);
       }
-      cells.push_back(value ? cell_of(*value, answer.types().at(k)) : nullptr);
-    }
-    return cells;
-  };
-  cli::print_answer({answer.columns(), next}, options.query, context);
+      return cells;
+    };
+    cli::print_answer({answer.columns(), next}, options.query, context);
+  });
   return ExitCode::ok;
 }
 

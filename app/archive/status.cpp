@@ -34,13 +34,19 @@ const std::vector<List>& lists() {
                    "TIME ZONE 'UTC', {}) FROM trammel.station AS s LEFT JOIN trammel.campaign_head "
                    "AS h ON h.station = s.uuid GROUP BY s.uuid, s.role ORDER BY 6 DESC NULLS LAST",
                    kTime)},
-      // Of the last hour, and those that hold something.
+      // Of the last hour, and those that hold something. What is lost waits for another.
       {"workers",
-       {{"worker"}, {"machine"}, {"n_claimed", true}, {"n_done", true}, {"n_lost", true}},
-       "SELECT worker, machine, count(*) FILTER (WHERE state = 'claimed'), count(*) FILTER (WHERE "
-       "state = 'done'), count(*) FILTER (WHERE lease_until < now()) FROM trammel.work WHERE "
-       "worker IS NOT NULL AND (state = 'claimed' OR finished_at > now() - interval '1 hour') "
-       "GROUP BY worker, machine ORDER BY machine, worker"},
+       {{"worker"},
+        {"machine"},
+        {"n_claimed", true},
+        {"n_lost", true},
+        {"n_done", true},
+        {"n_failed", true}},
+       "SELECT worker, machine, count(*) FILTER (WHERE lease_until >= now()), count(*) FILTER "
+       "(WHERE lease_until < now()), count(*) FILTER (WHERE state = 'done'), count(*) FILTER "
+       "(WHERE state = 'failed') FROM trammel.work WHERE worker IS NOT NULL AND (state = 'claimed' "
+       "OR finished_at > now() - interval '1 hour') GROUP BY worker, machine ORDER BY machine, "
+       "worker"},
       {"failures",
        {{"campaign"}, {"stage"}, {"attempts", true}, {"machine"}, {"error"}, {"finished"}},
        fmt::format("SELECT c.name, w.stage, w.attempts, w.machine, w.error, to_char(w.finished_at "
@@ -63,36 +69,51 @@ const std::vector<List>& lists() {
 }
 
 struct Queue {
-  std::int64_t waiting = 0, claimed = 0, done = 0, failed = 0;
-  std::optional<double> rate_per_s = {};  // of the last ten minutes
+  std::int64_t waiting = 0, claimed = 0, lost = 0, done = 0, failed = 0;
+  std::optional<double> rate_per_s = {};
+  [[nodiscard]] std::int64_t open() const { return waiting + claimed + lost; }
+  /// Nothing where nobody computes.
   [[nodiscard]] std::optional<double> time_left_s() const {
-    if (!rate_per_s || *rate_per_s <= 0) return std::nullopt;
-    return static_cast<double>(waiting + claimed) / *rate_per_s;
+    if (claimed == 0 || !rate_per_s) return std::nullopt;
+    return static_cast<double>(open()) / *rate_per_s;
   }
 };
 
+/// The rate: what was finished in the last ten minutes, by the time of them in which something was
+/// being computed.
 Queue queue_of(Link& link) {
   const auto row =
       link.ask(
-              "SELECT count(*) FILTER (WHERE state = 'waiting'), count(*) FILTER (WHERE state = "
-              "'claimed'), count(*) FILTER (WHERE state = 'done'), count(*) FILTER (WHERE state = "
-              "'failed'), (SELECT CASE WHEN count(*) > 1 THEN count(*) / greatest(0.001, "
-              "extract(epoch FROM max(finished_at) - min(finished_at))) END FROM trammel.work "
-              "WHERE finished_at > now() - interval '10 minutes')::float8 FROM trammel.work")
+              "WITH span AS (SELECT finished_at, greatest(claimed_at, now() - interval '10 min') "
+              "AS began, coalesce(finished_at, least(lease_until, now())) AS ended FROM "
+              "trammel.work WHERE state = 'claimed' OR finished_at > now() - interval '10 min'), "
+              "busy AS (SELECT range_agg(tstzrange(began, ended)) AS spans FROM span WHERE began < "
+              "ended) SELECT count(*) FILTER (WHERE state = 'waiting'), count(*) FILTER (WHERE "
+              "lease_until >= now()), count(*) FILTER (WHERE lease_until < now()), count(*) FILTER "
+              "(WHERE state = 'done'), count(*) FILTER (WHERE state = 'failed'), (SELECT "
+              "(nullif(count(finished_at), 0) / (SELECT sum(extract(epoch FROM upper(s) - "
+              "lower(s))) FROM busy, unnest(spans) AS s))::float8 FROM span WHERE began < ended) "
+              "FROM trammel.work")
           .at(0);
   return {.waiting = number_of(row, 0),
           .claimed = number_of(row, 1),
-          .done = number_of(row, 2),
-          .failed = number_of(row, 3),
-          .rate_per_s = row.at(4) ? parse_number(*row[4]) : std::nullopt};
+          .lost = number_of(row, 2),
+          .done = number_of(row, 3),
+          .failed = number_of(row, 4),
+          .rate_per_s = row.at(5) ? parse_number(*row[5]) : std::nullopt};
 }
 
 std::string queue_text(const Queue& queue) {
-  std::string text = fmt::format("{} waiting, {} being computed, {} done, {} failed", queue.waiting,
-                                 queue.claimed, queue.done, queue.failed);
-  if (queue.rate_per_s) text += fmt::format(", {:.3g} a second", *queue.rate_per_s);
-  if (const auto left = queue.time_left_s(); left && queue.waiting + queue.claimed > 0) {
-    text += ", " + terminal::clock_text(*left) + " left";
+  std::string text = fmt::format("{} waiting, {} being computed", queue.waiting, queue.claimed);
+  if (queue.lost > 0) text += fmt::format(", {} lost by their workers", queue.lost);
+  text += fmt::format(", {} done, {} failed", queue.done, queue.failed);
+  if (queue.rate_per_s) {
+    text += fmt::format("; {:.3g} a second while something was computed", *queue.rate_per_s);
+  }
+  if (const auto left = queue.time_left_s()) {
+    text += *left < 1 ? ", less than a second left" : ", " + terminal::clock_text(*left) + " left";
+  } else if (queue.open() > 0 && queue.claimed == 0) {
+    text += "; nobody computes: `trammel archive work` does";
   }
   return text;
 }
@@ -110,11 +131,14 @@ ExitCode run_status(const cli::ArchiveOptions& options, cli::Context& context) {
     const auto rows = link.ask(list.sql);
     json[list.key] = rows_json(list.columns, rows);
     alarm = alarm || (std::string_view(list.key) == "alarms" && !rows.empty());
-    if (!rows.empty()) text += fmt::format("\n\n{}\n{}", list.key, rows_text(list.columns, rows));
+    if (rows.empty()) continue;
+    text += (text.ends_with('\n') ? "\n" : "\n\n");
+    text += fmt::format("{}\n{}", list.key, rows_text(list.columns, rows));
   }
   json["work"] = {
       {"waiting", queue.waiting},
       {"claimed", queue.claimed},
+      {"lost", queue.lost},
       {"done", queue.done},
       {"failed", queue.failed},
       {"rate_per_s", queue.rate_per_s ? cli::Json(*queue.rate_per_s) : cli::Json()},

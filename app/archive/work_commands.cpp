@@ -58,14 +58,20 @@ ExitCode run_rerun(const cli::ArchiveOptions& options, cli::Context& context) {
       options.campaigns.empty() ? std::vector<std::string>{""} : options.campaigns;
   std::int64_t queued = 0;
   for (const std::string& campaign : campaigns) {
-    const auto rows = link.ask(
-        "SELECT trammel.queue($1, nullif($2, ''), $3, ARRAY(SELECT campaign FROM trammel.campaign "
-        "JOIN trammel.campaign_head USING (campaign) WHERE (" +
-            options.where +
-            "\n) AND $4 IN ('', station) AND $5 IN ('', name, campaign) "
-            "ORDER BY moved_at DESC LIMIT nullif($6::bigint, 0)))",
-        {options.stage, options.parameters, options.force ? "t" : "f", options.station, campaign,
-         std::to_string(options.last)});
+    std::vector<Link::Row> rows;
+    link.written_by_a_person(
+        "--where",
+        "a condition on the columns of campaign and campaign_head; tables and views: ", [&] {
+          rows = link.ask(
+              "SELECT trammel.queue($1, nullif($2, ''), $3, ARRAY(SELECT campaign FROM "
+              "trammel.campaign "
+              "JOIN trammel.campaign_head USING (campaign) WHERE (" +
+                  options.where +
+                  "\n) AND $4 IN ('', station) AND $5 IN ('', name, campaign) "
+                  "ORDER BY moved_at DESC LIMIT nullif($6::bigint, 0)))",
+              {options.stage, options.parameters, options.force ? "t" : "f", options.station,
+               campaign, std::to_string(options.last)});
+        });
     queued += number_of(rows.at(0), 0);
   }
   if (context.json) {

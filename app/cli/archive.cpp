@@ -20,8 +20,9 @@ struct Verb {
 
   Command operator()(const char* name, const char* description, ArchiveRun run) const {
     Command command = archive.command(name, description);
-    command.flag("--insecure", options->insecure,
-                 "Accept the TLS settings of the URI: the server is not proven to be the archive");
+    command.flag(
+        "--insecure", options->insecure,
+        "Take the URI's TLS settings as they are, without proof that the server is the archive");
     if (std::string_view(name) != "init") {
       command.option("--archive", options->uri, "Another archive than the station's").type("URI");
     }
@@ -33,25 +34,26 @@ struct Verb {
 void setup_work(const Verb& verb, ArchiveOptions& options, const ArchiveRuns& runs) {
   Command rerun =
       verb("rerun",
-           "Queue a calibration of many campaigns, for workers to compute: as each "
-           "campaign's newest\njob of the stage, of all campaigns that the options name",
+           "Queue a calibration of all campaigns that the options name, for workers to compute, "
+           "each with\nthe parameters of its newest job of the stage",
            runs.rerun);
   rerun.option("--stage", options.stage, "The calibration: lsq, geometry, idw, ...")
       .required()
       .type("METHOD");
   rerun.option("--station", options.station, "Campaigns of this station").type("UUID");
-  rerun.option("--campaign", options.campaigns, "These alone, by name or uuid").type("CAMPAIGN");
-  rerun.option("--where", options.where,
-               "SQL condition on the table campaign, and on station, n_readings and moved_at");
-  rerun.option("--newest", options.last, "The last so many that were pushed (default: all)")
+  rerun.option("--campaign", options.campaigns, "Only these, by name or uuid").type("CAMPAIGN");
+  rerun.option(
+      "--where", options.where,
+      "SQL condition on the columns of campaign and campaign_head: kind, station, n_readings, ...");
+  rerun.option("--newest", options.last, "Only the N pushed last (default: all)")
       .range(1, 100000000);
-  rerun.option("--parameters", options.parameters, "Of the stage, as JSON").type("JSON");
-  rerun.flag("--force", options.force, "Compute again what is known");
+  rerun.option("--parameters", options.parameters, "The stage's parameters, as JSON").type("JSON");
+  rerun.flag("--force", options.force, "Compute again what the archive has");
   Command work = verb("work", "Compute what is queued, as one of any number of workers", runs.work);
-  work.option("--jobs", options.jobs, "Computed at once (default 1)").range(1U, 256U);
+  work.option("--jobs", options.jobs, "How many to compute at once (default 1)").range(1U, 256U);
   work.flag("--until-empty", options.until_empty, "End when nothing is queued or being computed");
   work.option("--lease-s", options.lease_s,
-              "Others take the work over when nothing is heard for so long (default 60)")
+              "After so many seconds without a sign of life others take the work over (default 60)")
       .range(1.0, 86400.0);
 }
 
@@ -67,20 +69,23 @@ void setup_archive(Command app, Context& context, const ArchiveRuns& runs) {
   init.option("URI", options->uri, "Where it is: postgresql://HOST/NAME, service=NAME")
       .required()
       .type("URI");
-  init.option("--station", options->station, "Go on as this station, whose file is lost")
+  init.option("--station", options->station, "Go on as this station, whose file was lost")
       .type("UUID");
-  verb("push", "Send what the archive has not", runs.push)
-      .option("CAMPAIGN", options->campaigns, "These alone, by name or uuid")
+  verb("push", "Send what the archive does not have yet", runs.push)
+      .option("CAMPAIGN", options->campaigns, "Only these, by name or uuid")
       .type("CAMPAIGN");
   Command pull = verb("pull", "Make a station's database again, as a new file", runs.pull);
   pull.option("--out,FILE", options->to, "New file").required().type("FILE");
-  pull.option("--station", options->station, "Which; else the one of this database").type("UUID");
-  pull.flag("--with-results", options->with_results, "With the jobs that workers computed");
+  pull.option("--station", options->station, "The station (default: the one that this database is)")
+      .type("UUID");
+  pull.flag("--with-results", options->with_results, "Also the jobs that workers computed");
   verb("list", "Campaigns of all stations, newest first", runs.list)
       .option("--newest", options->newest, "How many (default 50)")
       .range(1, 1000000);
-  verb("verify", "Is every row what was pushed? The archive recomputes all digests", runs.verify);
-  verb("status", "Stations and what they have stored; the queue, its workers, failures and alarms",
+  verb("verify", "Recompute every digest in the archive: is every row what was pushed?",
+       runs.verify);
+  verb("status",
+       "Stations and what they have stored; the queue with its workers, failures and alarms",
        runs.status);
   setup_work(verb, *options, runs);
   setup_query_options(verb("query",

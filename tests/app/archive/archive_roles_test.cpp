@@ -181,3 +181,31 @@ TEST_CASE("the archive refuses rows that are not what their digests say, whoever
              Contains("not behind"));
   CHECK(tests::asked(archive.as("visitor"), "SELECT count(*) FROM trammel.findings()") == "0");
 }
+
+// Whose chain is right, too: the numbers are looked at first. The control is a number like others.
+TEST_CASE("a reading that is no number is refused, in every column", "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const Filled archive(*server);
+  const auto insert = [&archive](const std::string& column, const std::string& number) {
+    const std::string columns = column == "target_x_mm" ? "" : ", target_x_mm";
+    const std::string cmd = column == "cmd_l1_mm" ? "" : ", cmd_l1_mm";
+    return archive.tried(
+        "robot_a",
+        "INSERT INTO trammel.reading (campaign, row_id, seq, session, epoch, "
+        "reading_set, from_l1_mm, sha256, " +
+            column + columns + cmd +
+            ") SELECT campaign, 1000, last_seq + 1, 's', 1, 'identify', 0, head, '" + number + "'" +
+            (columns.empty() ? "" : ", 0") + (cmd.empty() ? "" : ", 0") +
+            " FROM trammel.campaign_head");
+  };
+  for (const char* column :
+       {"target_x_mm", "target_y_mm", "target_phi_rad", "cmd_l1_mm", "cmd_l2_mm", "from_l3_mm",
+        "x_mm", "y_mm", "phi_rad", "encoder_l2_mm", "time_s", "temp_degc"}) {
+    for (const char* none : {"NaN", "Infinity", "-Infinity"}) {
+      CAPTURE(column, none);
+      CHECK_THAT(insert(column, none), Contains("reading_has_numbers"));
+    }
+    CHECK_THAT(insert(column, "1"), Contains("not what its chain says"));
+  }
+}

@@ -154,8 +154,8 @@ TEST_CASE("a copy that differs in other rows than readings, and an older backup,
   exclude(file, "the door was open");
   exclude(copy, "the lamp was on");
   push_all(uri, file, kStationA);
-  CHECK_THAT(refusal(uri, copy, kStationA), Contains("rows that this file has not"));
-  CHECK_THAT(refusal(uri, old, kStationA), Contains("rows that this file has not"));
+  CHECK_THAT(refusal(uri, copy, kStationA), Contains("rows that this file does not have"));
+  CHECK_THAT(refusal(uri, old, kStationA), Contains("rows that this file does not have"));
   CHECK(tests::asked(uri, "SELECT count(*) FROM trammel.findings()") == "0");
 }
 

@@ -13,14 +13,15 @@ namespace {
 
 /// Asks an empty archive as its visitor.
 struct Asked {
-  explicit Asked(tests::Postgres& server) : uri(server.uri(server.new_archive(), "visitor")) {}
+  explicit Asked(tests::Postgres& server)
+      : archive(server.new_archive()), uri(server.uri(archive, "visitor")) {}
   [[nodiscard]] tests::Finished operator()(const std::string& sql,
                                            const std::string& form = "--csv",
                                            const std::string& timeout_s = "30") const {
     return tests::run_program({"query", sql, "--archive", uri, "--timeout-s", timeout_s, form},
                               here.path());
   }
-  std::string uri;
+  std::string archive, uri;
   tests::TemporaryFolder here;
 };
 
@@ -32,9 +33,8 @@ TEST_CASE("a question to the archive can only read, and ends in time", "[archive
   const Asked ask(*server);
   CHECK(ask("v_job").exit_code == 0);
   CHECK(ask("SELECT trammel.queue('lsq', NULL, false, '{}')").exit_code == 8);
-  CHECK(ask("SELECT 1; SELECT 2").exit_code == 8);
-  for (const char* no_question :
-       {"COMMIT", "SET TRANSACTION READ WRITE", "COPY trammel.work TO STDOUT"}) {
+  for (const char* no_question : {"COMMIT", "SET TRANSACTION READ WRITE",
+                                  "COPY trammel.work TO STDOUT", "SELECT 1; SELECT 2"}) {
     CHECK(ask(no_question).exit_code == 4);
   }
   const auto began = std::chrono::steady_clock::now();
@@ -45,6 +45,35 @@ TEST_CASE("a question to the archive can only read, and ends in time", "[archive
   const auto long_value = ask("SELECT repeat('x', 17000000) AS words");
   CHECK(long_value.exit_code == 8);
   CHECK_THAT(long_value.err, Contains("words") && Contains("17000000 bytes"));
+}
+
+TEST_CASE("a wrong question names what can be asked, a role that may not its owner", "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const Asked ask(*server);
+  for (const char* wrong : {"v_nonsense", "SELEC 1", "SELECT colour FROM v_job", "SELECT 1/0",
+                            "SELECT 'x'::int", "DELETE FROM work WHERE id = 'x'"}) {
+    CAPTURE(wrong);
+    const auto answer = ask(wrong);
+    CHECK(answer.exit_code == 4);
+    CHECK_THAT(answer.err, Contains("v_accuracy, v_alarm, v_drift, v_job") && Contains("SQL"));
+    CHECK_THAT(answer.err, !Contains("next:"));
+  }
+  const auto run = [&](std::vector<std::string> words, const std::string& role) {
+    words.insert(words.end(), {"--archive", server->uri(ask.archive, role)});
+    return tests::run_program(words, ask.here.path());
+  };
+  const auto where =
+      run({"archive", "rerun", "--stage", "lsq", "--where", "colour = 3"}, "robot_a");
+  CHECK(where.exit_code == 4);
+  CHECK_THAT(where.err, Contains("--where") && Contains("colour") && Contains("campaign_head"));
+  const auto refused = run({"archive", "rerun", "--stage", "lsq"}, "visitor");
+  CHECK(refused.exit_code == 8);
+  CHECK_THAT(refused.err, Contains("permission denied") && Contains("GRANT"));
+  CHECK(run({"archive", "status"}, "stranger").exit_code == 8);
+  const auto unknown = run({"archive", "status"}, "nobody_known");
+  CHECK(unknown.exit_code == 7);
+  CHECK_THAT(unknown.err, Contains("nobody_known") && Contains("pgpass") && !Contains("cable"));
 }
 
 TEST_CASE("numbers of the archive are printed as they are, however small or large", "[archive]") {

@@ -348,3 +348,42 @@ TEST_CASE("work that a worker was killed over is done by the next one, 0 lost, 0
                     "trammel.result") == "8 8");
   CHECK(archive.ask("visitor", "SELECT count(*) FROM trammel.findings()") == "0");
 }
+
+// Three works in 4 s of computing (two of them side by side), in nine minutes.
+TEST_CASE("the rate is of the time in which somebody computed, and nobody has no time left",
+          "[archive]") {
+  tests::Postgres* server = tests::Postgres::shared();
+  if (server == nullptr) return;
+  const Queued archive(*server, 5);
+  CHECK(archive.queue() == 5);
+  const auto status = [&](const std::string& form) {
+    return tests::run_program({"archive", "status", "--archive", archive.as("visitor"), form},
+                              archive.folder.path())
+        .out;
+  };
+  CHECK_THAT(status("--quiet"), Contains("5 waiting") && Contains("nobody computes"));
+  for (int k = 0; k < 3; ++k) CHECK(archive.finish(archive.claim(60)) == "t");
+  archive.ask("owner",
+              "UPDATE trammel.work SET claimed_at = now() - at, finished_at = now() - at + took "
+              "FROM (VALUES (1, interval '540 s', interval '2 s'), (2, '539 s', '2 s'), "
+              "(3, '10 s', '1 s')) AS t (nth, at, took) WHERE nth = id RETURNING 1");
+  auto work = nlohmann::json::parse(status("--json"))["work"];
+  CHECK(work["rate_per_s"].get<double>() == Approx(0.75));
+  CHECK(work["time_left_s"].is_null());
+  CHECK_THAT(status("--quiet"),
+             Contains("2 waiting") && Contains("0.75 a second") && Contains("nobody computes"));
+  // One is being computed, the other lost: two are open, and somebody works.
+  CHECK(archive.claim(60) != "");
+  CHECK(archive.claim(0.1) != "");
+  wait_s(0.2);
+  const auto answer = nlohmann::json::parse(status("--json"));
+  CHECK(tests::schema_errors(answer, "archive-status.schema.json") == "");
+  work = answer["work"];
+  CHECK((work["waiting"] == 0 && work["claimed"] == 1 && work["lost"] == 1 && work["done"] == 3));
+  const double left_s = work["time_left_s"].get<double>();
+  CHECK((left_s > 2 / 0.75 && left_s < 2 / 0.3));
+  const auto& worker = answer["workers"][0];
+  CHECK((worker["n_claimed"] == 1 && worker["n_lost"] == 1 && worker["n_done"] == 3));
+  CHECK_THAT(status("--quiet"),
+             !Contains("nobody") && Contains("1 lost by their workers") && Contains("left"));
+}
