@@ -8,11 +8,11 @@
 
 #include "app/cli/next_step.hpp"
 #include "app/files/campaign_file.hpp"
+#include "app/files/stored_campaign.hpp"
 #include "app/job/screening.hpp"
 #include "app/terminal/counted.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
-#include "store/session.hpp"
 
 namespace trammel::cli {
 
@@ -30,8 +30,8 @@ Looked look_at_campaign(const std::string& what, const Context& context) {
     return {baseline_of(file), held_epochs_of(file), false};
   }
   store::Connection db = store::open(context.db(), store::Access::read_only);
-  const store::Id id = store::require_campaign_id(db, what);
-  return {store::load_campaign(db, id).campaign, store::held_epochs(db, id), true};
+  const CampaignFile file = stored_campaign(db, store::require_campaign(db, what));
+  return {baseline_of(file), held_epochs_of(file), true};
 }
 
 ExitCode answer(const std::vector<Suspicion>& found) {

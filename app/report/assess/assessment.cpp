@@ -193,9 +193,9 @@ void warn(const Pairs& pairs, const FittedRange& range, std::vector<std::string>
   }
   std::vector<Pose> targets;
   for (const Reading* r : pairs.before) targets.push_back(r->target);
-  std::ranges::move(
-      job::extrapolation_words(range, targets, fmt::format("points of {} ({})", j.session, j.set)),
-      std::back_inserter(warnings));
+  std::ranges::move(job::extrapolation_words(range, targets, "point",
+                                             fmt::format(" of {} ({})", j.session, j.set)),
+                    std::back_inserter(warnings));
 }
 
 /// The budget; and what of it U and the intervals of the improvement lack.
