@@ -142,11 +142,26 @@ Fault fault_of(ExitCode code, const ErrorText& text, const std::vector<std::stri
   return code == ExitCode::not_found ? Fault::part : Fault::line;
 }
 
+/// The commands that a hint has in `quotes`, of the database of this line.
+std::string hint_of_the_same(const std::string& hint, const Context& context) {
+  std::string text;
+  for (std::size_t at = 0; at < hint.size();) {
+    const std::size_t open = hint.find("`trammel ", at);
+    const std::size_t close = open == std::string::npos ? open : hint.find('`', open + 1);
+    if (close == std::string::npos) return text + hint.substr(at);
+    text += hint.substr(at, open + 1 - at) +
+            context.of_the_same(hint.substr(open + 1, close - open - 1)) + "`";
+    at = close + 1;
+  }
+  return text;
+}
+
 /// The error, and what to do next where its text does not say.
 int fail_with_advice(ExitCode code, ErrorText text, const Line& line) {
   const std::string next = next_step_after_error(line.app, line.words, code,
                                                  fault_of(code, text, line.words, line.context));
   const bool advise = text.hint.empty();
+  text.hint = hint_of_the_same(text.hint, line.context);
   if (advise && line.context.json) text.hint = line.context.of_the_same(next);
   fail(code, text, line.context.json);
   if (advise) line.context.next(next);

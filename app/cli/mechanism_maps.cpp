@@ -135,9 +135,9 @@ ExitCode run_workspace(const MapOptions& options, Context& context) {
   const Machine machine = read_machine_file(options.file);
   const WorkspaceGrid grid = grid_of(machine, options);
   const auto map = workspace(machine, grid);
-  suggest_lattice(grid, context);
   if (!context.json) {
     context.print(map_text(map, grid));
+    suggest_lattice(grid, context);
     return ExitCode::ok;
   }
   Json cells = Json::array();

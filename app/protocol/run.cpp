@@ -22,6 +22,7 @@
 #include "app/report/print.hpp"
 #include "app/report/tolerance.hpp"
 #include "app/terminal/counted.hpp"
+#include "app/terminal/text.hpp"
 
 namespace trammel::protocol {
 
@@ -87,7 +88,9 @@ std::string record_of_suggested(const session::Request& request, const std::stri
   return fmt::format(
       "the points are suggested by now: `trammel plan create next-points --campaign {} --out "
       "next.json`, `trammel plan check next.json --mechanism {} --record {}`, then again",
-      request.campaign, request.stage.substr(request.stage.find(':') + 1), record);
+      terminal::shell_word(request.campaign),
+      terminal::shell_word(request.stage.substr(request.stage.find(':') + 1)),
+      terminal::shell_word(record));
 }
 
 StepOutcome outcome_of(const std::string& name, const session::Outcome& outcome) {

@@ -41,8 +41,8 @@ void require_same_plan(store::Connection& connection, const store::SessionRow& s
   const auto points = store::points(connection, stored.id);
   if (points.size() != plan.points.size()) {
     refuse(stored, other,
-           fmt::format("{}, {}", stored.plan_name, terminal::counted(points.size(), "point")),
-           fmt::format("{}, {}", plan.name, terminal::counted(plan.points.size(), "point")));
+           fmt::format("{} of {}", stored.plan_name, terminal::counted(points.size(), "point")),
+           fmt::format("{} of {}", plan.name, terminal::counted(plan.points.size(), "point")));
   }
   for (std::size_t k = 0; k < points.size(); ++k) {
     const store::Point& p = points[k];

@@ -13,6 +13,7 @@
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"
 #include "app/terminal/counted.hpp"
+#include "app/terminal/text.hpp"
 #include "core/measure/screen.hpp"
 #include "core/mechanism/machine.hpp"
 #include "store/campaign.hpp"
@@ -127,10 +128,11 @@ Course stored_course(store::Connection& connection, const store::CampaignRow& ca
   course.campaign = campaign;
   const auto row = store::find_session(connection, campaign.id, session);
   if (!row) {
-    throw NotFoundError({.what = "the campaign has no such session",
-                         .where = {.field = "session"},
-                         .got = session,
-                         .hint = "see `trammel session status " + campaign.name + "`"});
+    throw NotFoundError(
+        {.what = "the campaign has no such session",
+         .where = {.field = "session"},
+         .got = session,
+         .hint = "see `trammel session status " + terminal::shell_word(campaign.name) + "`"});
   }
   if (!has_settings(row->settings_json)) {
     throw InputError({.what = "this session was not measured by a plan and cannot be resumed",
@@ -205,7 +207,7 @@ void take_in(store::Connection& connection, const store::CampaignRow& campaign) 
   if (recovery.problems.empty()) return;
   throw InputError({.what = "a reading that was kept aside cannot be taken in",
                     .got = recovery.problems.front(),
-                    .hint = "see `trammel session recover " + campaign.name +
+                    .hint = "see `trammel session recover " + terminal::shell_word(campaign.name) +
                             "`; move the file away to go on without it"});
 }
 
@@ -247,7 +249,7 @@ void note_jump(store::Connection& connection, store::Id session, const Start& st
 void require_sound_before(store::Connection& connection, const store::CampaignRow& campaign) {
   const Campaign stored = store::load_campaign(connection, campaign.id).campaign;
   require_sound(stored, screened(stored, store::held_epochs(connection, campaign.id)),
-                "see `trammel campaign check " + campaign.name + "`");
+                "see `trammel campaign check " + terminal::shell_word(campaign.name) + "`");
 }
 
 /// The stored plan, on the stage as it is now.
