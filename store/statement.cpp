@@ -13,6 +13,14 @@ void require_memory(const Connection& connection) {
   }
 }
 
+/// A name that is empty or too long is its giver's fault: the database is sound.
+void refuse_name(const ErrorText& error) {
+  if (error.got.find("CHECK constraint failed: length(name)") == std::string::npos) return;
+  throw InputError({.what = "a name that is empty or too long",
+                    .where = {.field = "name"},
+                    .expected = "1 to 200 characters"});
+}
+
 }  // namespace
 
 Statement::Statement(Connection& connection, std::string_view sql)
@@ -37,7 +45,10 @@ Statement::~Statement() {
 }
 
 void Statement::check(int code) const {
-  if (code != SQLITE_OK) throw connection_.error(code, std::string_view(sql_).substr(0, 60));
+  if (code == SQLITE_OK) return;
+  const StoreError failure = connection_.error(code, std::string_view(sql_).substr(0, 60));
+  refuse_name(failure.text());
+  throw failure;
 }
 
 Statement& Statement::operator<<(std::int64_t value) {

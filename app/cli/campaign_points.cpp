@@ -62,8 +62,8 @@ std::string head_text(const PointsFile& file, const PointsLook& look) {
   text += "dates     " + file.dates.why + "\n";
   if (file.code_page_1252) text += "encoding  code page 1252\n";
   if (look.n_without_u95 > 0) {
-    text += fmt::format("U(95)     {} rows state 0: no estimate, not a perfect one\n",
-                        look.n_without_u95);
+    text += fmt::format("U(95)     0 in {}: no estimate, not a perfect one\n",
+                        terminal::counted(look.n_without_u95, "row"));
   }
   return text;
 }

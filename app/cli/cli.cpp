@@ -21,7 +21,6 @@
 #include "app/files/format.hpp"
 #include "app/files/numbers.hpp"
 #include "app/terminal/columns.hpp"
-#include "app/terminal/typable.hpp"
 #include "store/provenance.hpp"
 
 namespace trammel::cli {
@@ -49,6 +48,8 @@ const char* kind_of(ExitCode code) {
   return at == kCodes.end() ? "error" : at->kind;
 }
 
+constexpr std::size_t kShownColumnsOfGot = 100;  // of one word that came; --json has it whole
+
 /// Only the parts that apply.
 Json error_json(ExitCode code, const ErrorText& text) {
   Json object = {{"schema", "trammel/error/1"},
@@ -73,8 +74,10 @@ Json error_json(ExitCode code, const ErrorText& text) {
 
 int fail(ExitCode code, const ErrorText& text, bool json) {
   const auto replace = Json::error_handler_t::replace;
+  ErrorText shown = text;
+  if (text.got.find(' ') == std::string::npos) shown.got = shortened(text.got, kShownColumnsOfGot);
   std::string line = json ? printable_json(error_json(code, text).dump(-1, ' ', false, replace))
-                          : "trammel: " + printable(describe(text));
+                          : "trammel: " + printable(describe(shown));
   if (const auto columns = terminal_columns(STDERR_FILENO); columns && !json) {
     line = folded(line, *columns);
   }
@@ -125,22 +128,41 @@ struct Line {
 
 /// Values on the line that name neither a file nor what is stored are of the line. No campaign of a
 /// name is found in the database, what is in a campaign without naming that.
-Fault fault_of(ExitCode code, const ErrorText& text, const Context& context) {
+Fault fault_of(ExitCode code, const ErrorText& text, const std::vector<std::string>& words,
+               const Context& context) {
   const std::filesystem::path file = text.where.file;
   const bool of_options = text.where.file.starts_with("parameters of ");
   if (!file.empty() && !of_options) {
-    return file.filename() == std::filesystem::path(context.db()).filename() ? Fault::stored
-                                                                             : Fault::file;
+    const std::string name = file.filename().string();
+    if (name == std::filesystem::path(context.db()).filename()) return Fault::stored;
+    const bool named = std::ranges::any_of(
+        words, [&name](const std::string& word) { return word.find(name) != std::string::npos; });
+    return named ? Fault::file : Fault::file_of_another;
   }
   return code == ExitCode::not_found ? Fault::part : Fault::line;
 }
 
+/// The commands that a hint has in `quotes`, of the database of this line.
+std::string hint_of_the_same(const std::string& hint, const Context& context) {
+  std::string text;
+  for (std::size_t at = 0; at < hint.size();) {
+    const std::size_t open = hint.find("`trammel ", at);
+    const std::size_t close = open == std::string::npos ? open : hint.find('`', open + 1);
+    if (close == std::string::npos) return text + hint.substr(at);
+    text += hint.substr(at, open + 1 - at) +
+            context.of_the_same(hint.substr(open + 1, close - open - 1)) + "`";
+    at = close + 1;
+  }
+  return text;
+}
+
 /// The error, and what to do next where its text does not say.
 int fail_with_advice(ExitCode code, ErrorText text, const Line& line) {
-  const std::string next =
-      next_step_after_error(line.app, line.words, code, fault_of(code, text, line.context));
+  const std::string next = next_step_after_error(line.app, line.words, code,
+                                                 fault_of(code, text, line.words, line.context));
   const bool advise = text.hint.empty();
-  if (advise && line.context.json) text.hint = typable(next);
+  text.hint = hint_of_the_same(text.hint, line.context);
+  if (advise && line.context.json) text.hint = line.context.of_the_same(next);
   fail(code, text, line.context.json);
   if (advise) line.context.next(next);
   return static_cast<int>(code);
@@ -246,6 +268,7 @@ std::optional<int> run_among(const std::vector<ProgramCommand>& commands,
   if (outcome == CommandLine::Outcome::wrong) {
     return fail(ExitCode::usage, usage_text(app, text, words), json);
   }
+  context.machine = named_machine(chosen_command(app));
   return run_chosen({app, words, context});
 }
 

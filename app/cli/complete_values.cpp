@@ -7,6 +7,7 @@
 #include "app/cli/complete.hpp"
 #include "app/device/open.hpp"
 #include "app/job/stages.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/model/effect.hpp"
 #include "core/plan/named.hpp"
 #include "store/campaign.hpp"
@@ -31,9 +32,8 @@ std::optional<store::Id> campaign_of(Connection& db, const Given& given) {
 Candidates campaigns(Connection& db, const Given&) {
   Candidates found;
   for (const store::CampaignRow& row : store::list_campaigns(db)) {
-    found.words.push_back(
-        {row.name,
-         fmt::format("{}, {} readings", row.simulated ? "simulated" : "real", row.n_readings)});
+    found.words.push_back({row.name, fmt::format("{}, {}", row.simulated ? "simulated" : "real",
+                                                 terminal::counted(row.n_readings, "reading"))});
   }
   return found;
 }
@@ -43,7 +43,7 @@ Candidates sessions(Connection& db, const Given& given) {
   const auto campaign = campaign_of(db, given);
   if (!campaign) return found;
   for (const store::SessionRow& row : store::list_sessions(db, *campaign)) {
-    found.words.push_back({row.name, fmt::format("{} readings", row.n_readings)});
+    found.words.push_back({row.name, terminal::counted(row.n_readings, "reading")});
   }
   return found;
 }

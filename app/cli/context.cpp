@@ -53,10 +53,20 @@ void Context::say(std::string_view text) const {
 
 void Context::next(std::string_view command) const {
   suggested = true;
-  if (json || quiet) return;
-  const bool has_db = command.find(" --db") != std::string_view::npos;
-  const std::string with_db = db_option.empty() || has_db ? "" : " --db " + shell_word(db_option);
-  write(stderr, "next: " + typable(std::string(command) + with_db));
+  if (!json && !quiet) write(stderr, "next: " + of_the_same(command));
+}
+
+std::string Context::of_the_same(std::string_view command) const {
+  std::string line(command);
+  const auto has = [&line](const char* words) { return line.find(words) != std::string::npos; };
+  const bool of_a_plan = has("trammel plan check ") || has("trammel plan create ");
+  if (!machine.empty() && of_a_plan && !has(" --mechanism ") && !has(" --campaign ")) {
+    line += " --mechanism " + shell_word(machine);
+  }
+  if (!db_option.empty() && has("trammel ") && !has(" --db ") && !has(" | ")) {
+    line += " --db " + shell_word(db_option);
+  }
+  return typable(line);
 }
 
 Command noun(Command app, const std::string& name, const std::string& description) {

@@ -28,7 +28,8 @@ struct Context {
   bool json = false;
   bool quiet = false;
   bool overwrite = false;
-  std::string out;  // --out as given: stdout of commands that have no --out of their own
+  std::string out;      // --out as given: stdout of commands that have no --out of their own
+  std::string machine;  // the file of one that the line names: next_step.hpp
   std::function<ExitCode()> chosen;                // the command that the words on the line name
   std::vector<std::function<void()>> before_help;  // what shows less where the line says more
 
@@ -44,10 +45,12 @@ struct Context {
   void print(std::string_view command, const Json& fields) const;
   /// Talk, to stderr; nothing with --quiet.
   void say(std::string_view text) const;
-  /// The next step, suggested after success and failure: "next: trammel report paper", with the
-  /// --db of this line. Not with --json. A command that suggests nothing itself has a row in
-  /// next_step.cpp.
+  /// The next step, suggested after success and failure: "next: trammel report paper", of the same
+  /// (below). Not with --json. A command that suggests nothing itself has a row in next_step.cpp.
   void next(std::string_view command) const;
+  /// The command as a shell takes it, with the --db of this line and, where it makes or checks a
+  /// plan, its machine. Proof: next_lines_test.cpp.
+  [[nodiscard]] std::string of_the_same(std::string_view command) const;
 
   /// --overwrite: what becomes of an output file that is there already.
   [[nodiscard]] Existing existing() const {

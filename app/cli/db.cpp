@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/terminal/counted.hpp"
 #include "store/backup.hpp"
 #include "store/migrate.hpp"
 #include "store/open.hpp"
@@ -48,8 +49,9 @@ ExitCode run_db_verify(const DbVerifyOptions& options, Context& context) {
   store::CheckReport report = store::verify(db);
   if (!options.head.empty()) require_head(db, options.head, report);
   return answer("db-verify", report,
-                fmt::format("ok: {} readings and {} other rows are what was stored",
-                            report.n_readings, report.n_sealed),
+                fmt::format("ok: {} and {} are what was stored",
+                            terminal::counted(report.n_readings, "reading"),
+                            terminal::counted(report.n_sealed, "other row")),
                 context);
 }
 
@@ -62,9 +64,10 @@ ExitCode run_db_backup(const DbBackupOptions& options, Context& context) {
                                 {"n_readings", report.n_readings},
                                 {"dry_run", options.dry_run}});
   } else {
-    context.print(fmt::format("{} {} to {}: verified, {} readings",
+    context.print(fmt::format("{} {} to {}: verified, {}",
                               options.dry_run ? "would back up" : "backed up",
-                              printable(context.db()), printable(options.to), report.n_readings));
+                              printable(context.db()), printable(options.to),
+                              terminal::counted(report.n_readings, "reading")));
   }
   return ExitCode::ok;
 }

@@ -62,7 +62,8 @@ void write_plan(const DiagnoseOptions& options, const Json& details, Context& co
   }
   write_output(options.plan, plan_json(job::next_points_plan(details)).dump(2) + "\n",
                context.existing());
-  context.say(fmt::format("wrote {}: measure it with 'trammel session run'", options.plan));
+  context.say(
+      fmt::format("wrote {}: measure it with 'trammel session run'", printable(options.plan)));
 }
 
 void require_usable(const DiagnoseOptions& options) {
@@ -89,6 +90,9 @@ ExitCode run_diagnose(const DiagnoseOptions& options, Context& context) {
     context.say("dry run: nothing is stored");
   } else if (!options.from.empty()) {
     context.next(fmt::format("trammel campaign import {}", shell_word(options.from)));
+  } else if (!details["next_points"].empty() && !options.plan.empty()) {
+    context.next(fmt::format("trammel plan check {} --campaign {}", shell_word(options.plan),
+                             shell_word(options.request.campaign)));
   } else if (verdict == "explained") {
     context.next(fmt::format("trammel model list {}", shell_word(options.request.campaign)));
   } else if (!details["next_points"].empty() && options.plan.empty()) {

@@ -78,7 +78,7 @@ ExitCode run_list(const JobOptions& options, Context& context) {
   } else {
     context.print(jobs.empty() ? "no jobs yet" : table.text());
   }
-  context.next(jobs.empty() ? "trammel calibrate lsq CAMPAIGN"
+  context.next(jobs.empty() ? "trammel campaign list"
                             : fmt::format("trammel job show {}", jobs.back()["id"].get<int>()));
   return ExitCode::ok;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -71,6 +72,20 @@ std::string drive_header(const Machine& machine, int width) {
     text += fmt::format("{}{:>{}}", i == 1 ? "" : " ", fmt::format("l{} mm", i), width);
   }
   return text;
+}
+
+double usual_half_width_mm(const Machine& machine) {
+  double half_stroke_mm = 0;
+  for (int i = 0; i < machine.kind->n_chains; ++i) {
+    const Limits& limits = machine.drives[static_cast<std::size_t>(i)].limits;
+    half_stroke_mm = std::max(half_stroke_mm, (limits.l_max_mm - limits.l_min_mm) / 2);
+  }
+  return std::min(100.0, half_stroke_mm);
+}
+
+double usual_step_mm(double half_width_mm) {
+  constexpr double kSmallMm = 20, kStepMm = 10;
+  return half_width_mm < kSmallMm ? half_width_mm / 10 : kStepMm;
 }
 
 Eigen::Vector3d shown_pose(const Pose& pose) {

@@ -29,6 +29,13 @@ std::string cells_of(const Machine& machine, const Eigen::Vector3d& v, int width
 std::string pose_header(const Machine& machine, int width);
 std::string drive_header(const Machine& machine, int width);
 
+/// Half the square that maps and tables cover where nobody says: 100 mm, or half the longest stroke
+/// where that is less.
+double usual_half_width_mm(const Machine& machine);
+
+/// And between their places: 10 mm, or a tenth of the half-width of a square below 20 mm.
+double usual_step_mm(double half_width_mm);
+
 /// x, y in mm, phi in deg.
 Eigen::Vector3d shown_pose(const Pose& pose);
 

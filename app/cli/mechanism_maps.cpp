@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
+#include "app/cli/machine_values.hpp"
 #include "app/files/machine_json.hpp"
 #include "core/mechanism/sensitivity.hpp"
 #include "core/mechanism/workspace.hpp"
@@ -18,8 +20,8 @@ namespace {
 
 struct MapOptions {
   std::string file;
-  double half_width_mm = 100;
-  double step_mm = 10;
+  std::optional<double> half_width_mm;
+  std::optional<double> step_mm;
   double phi_deg = 0;
   double angle_deg = 0.001;
   double length_mm = 0.05;
@@ -36,7 +38,9 @@ double grid_phi_rad(const Machine& machine, const MapOptions& options) {
 }
 
 WorkspaceGrid grid_of(const Machine& machine, const MapOptions& options) {
-  return {options.half_width_mm, options.step_mm, grid_phi_rad(machine, options)};
+  const double half_width_mm = options.half_width_mm.value_or(usual_half_width_mm(machine));
+  return {half_width_mm, options.step_mm.value_or(usual_step_mm(half_width_mm)),
+          grid_phi_rad(machine, options)};
 }
 
 /// "alpha_1         18.40 %  12.02 %   3.10 %"
@@ -49,7 +53,8 @@ std::string share_line(const std::string& name, const Eigen::VectorXd& shares) {
 
 ExitCode run_sensitivity(const MapOptions& options, Context& context) {
   const Machine machine = read_machine_file(options.file);
-  const std::vector<Pose> poses = grid_poses(machine, grid_of(machine, options));
+  const WorkspaceGrid grid = grid_of(machine, options);
+  const std::vector<Pose> poses = grid_poses(machine, grid);
   const SensitivityShares shares =
       sensitivity(machine, poses, {rad_from_deg(options.angle_deg), options.length_mm});
   const auto n = static_cast<std::size_t>(machine.kind->n_chains);
@@ -58,7 +63,7 @@ ExitCode run_sensitivity(const MapOptions& options, Context& context) {
       "share of each error source in the pose error, mean of {} poses (Eq. 20)\n"
       "errors of {:g} deg and {:g} mm; grid of +-{:g} mm every {:g} mm at phi {:g} deg\n"
       "source      share of dx",
-      poses.size(), options.angle_deg, options.length_mm, options.half_width_mm, options.step_mm,
+      poses.size(), options.angle_deg, options.length_mm, grid.half_width_mm, grid.step_mm,
       options.phi_deg);
   for (std::size_t i = 1; i < n; ++i) text += fmt::format("   of d{}", kCoordinateNames[i]);
   text += "\n";
@@ -88,7 +93,7 @@ ExitCode run_sensitivity(const MapOptions& options, Context& context) {
 }
 
 /// One character per cell: how far from singular in tenths, or why it cannot be reached.
-std::string map_text(const std::vector<WorkspaceCell>& map, const MapOptions& options) {
+std::string map_text(const std::vector<WorkspaceCell>& map, const WorkspaceGrid& grid) {
   const std::map<Reach::Status, char> kSigns = {{Reach::Status::unreachable, '.'},
                                                 {Reach::Status::limit, '-'},
                                                 {Reach::Status::not_finite, '?'},
@@ -116,14 +121,23 @@ std::string map_text(const std::vector<WorkspaceCell>& map, const MapOptions& op
              "digits: singularity margin in tenths; '-': beyond a stroke limit; 'x': singular, or "
              "beyond a singularity in the other assembly; '.': out of reach\n"
              "{} of {} poses are reachable",
-             -edge, edge, -edge, edge, options.step_mm, options.phi_deg, n_ok, map.size());
+             -edge, edge, -edge, edge, grid.step_mm, deg_from_rad(grid.phi_rad), n_ok, map.size());
+}
+
+/// A lattice as wide and as fine, on the same machine.
+void suggest_lattice(const WorkspaceGrid& grid, const Context& context) {
+  context.next(
+      fmt::format("trammel plan create lattice --half-width {:g} --step {:g} --out plan.json",
+                  grid.half_width_mm, grid.step_mm));
 }
 
 ExitCode run_workspace(const MapOptions& options, Context& context) {
   const Machine machine = read_machine_file(options.file);
-  const auto map = workspace(machine, grid_of(machine, options));
+  const WorkspaceGrid grid = grid_of(machine, options);
+  const auto map = workspace(machine, grid);
   if (!context.json) {
-    context.print(map_text(map, options));
+    context.print(map_text(map, grid));
+    suggest_lattice(grid, context);
     return ExitCode::ok;
   }
   Json cells = Json::array();
@@ -147,8 +161,10 @@ ExitCode run_workspace(const MapOptions& options, Context& context) {
 }
 
 void grid_options(Command command, MapOptions& options) {
-  command.option("--half-width", options.half_width_mm, "of the grid, mm").shown_default();
-  command.option("--step", options.step_mm, "of the grid, mm").shown_default();
+  command.option("--half-width", options.half_width_mm,
+                 "of the grid, mm (100, or half the longest stroke)");
+  command.option("--step", options.step_mm,
+                 "of the grid, mm (10, or a tenth of a small half-width)");
   command.option("--phi", options.phi_deg, "orientation, deg").shown_default();
 }
 

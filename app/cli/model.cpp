@@ -6,6 +6,7 @@
 #include "app/job/model_json.hpp"
 #include "app/job/stored_model.hpp"
 #include "app/job/text.hpp"
+#include "app/terminal/decimals.hpp"
 #include "app/terminal/table.hpp"
 #include "store/open.hpp"
 
@@ -27,6 +28,11 @@ std::string cell(const std::optional<double>& value, const char* form) {
   return value ? fmt::format(fmt::runtime(form), *value) : "";
 }
 
+/// In mm; blank when there is none.
+std::string figure(const std::optional<double>& value_mm) {
+  return value_mm ? terminal::figure_text(*value_mm) : "";
+}
+
 std::string unit_words(const std::string& unit) { return unit == "1" ? "" : " " + unit; }
 
 ExitCode run_list(const ModelOptions& options, Context& context) {
@@ -38,9 +44,8 @@ ExitCode run_list(const ModelOptions& options, Context& context) {
   for (const store::Model& m : store::list_models(db, campaign.id)) {
     rows.push_back(job::model_row_json(m));
     table.add({std::to_string(m.version), m.data.name,
-               m.data.parent ? std::to_string(*m.data.parent) : "",
-               cell(m.data.identify_rms_mm, "{:.4f}"), cell(m.data.validate_rms_mm, "{:.4f}"),
-               cell(m.data.noise_floor_mm, "{:.4f}"),
+               m.data.parent ? std::to_string(*m.data.parent) : "", figure(m.data.identify_rms_mm),
+               figure(m.data.validate_rms_mm), figure(m.data.noise_floor_mm),
                m.data.job_id ? std::to_string(*m.data.job_id) : "", m.job_key.substr(0, 12)});
   }
   const std::string name = shell_word(campaign.name);
@@ -95,11 +100,12 @@ std::string show_text(const StoredModel& model, const store::CampaignRow& campai
   if (m.parent) text += fmt::format("made from   version {}\n", *m.parent);
   if (m.job_id) text += fmt::format("by          job {}, key {}\n", *m.job_id, model.row.job_key);
   const auto rms = [&text](const char* label, const std::optional<double>& value) {
-    if (value) text += fmt::format("{} {:.4f} mm rms of measured - simulated\n", label, *value);
+    if (value) text += fmt::format("{} {} mm rms of measured - simulated\n", label, figure(value));
   };
   rms("fitted     ", m.identify_rms_mm);
   rms("unseen     ", m.validate_rms_mm);
-  if (m.noise_floor_mm) text += fmt::format("sigma per coordinate {:.4f} mm\n", *m.noise_floor_mm);
+  if (m.noise_floor_mm)
+    text += fmt::format("sigma per coordinate {} mm\n", figure(m.noise_floor_mm));
   text += effect_text(model) + base_text(model);
   for (const std::string& sentence : job::model_words(model)) text += "\n" + sentence + "\n";
   return text;

@@ -53,8 +53,7 @@ struct ExportOptions {
   std::string campaign, version = "last", file;
   std::string format;  // empty: as the file's ending says
   std::string job;     // controllers: this job's correction instead of the model's
-  double knot_mm = 5;
-  job::TableRequest grid;
+  std::optional<double> knot_mm, step_mm, half_width_mm;  // none: as wide as the machine goes
   std::vector<double> phi_deg = {0};
   Circumstances at;
   bool dry_run = false;
@@ -142,10 +141,11 @@ Answer answer(const RobotModel& robot, const Question& question) {
 
 /// Where the model was not fitted, in words; nothing for a version that no job fitted.
 std::vector<std::string> beyond_fit(store::Connection& db, const StoredModel& model,
-                                    std::span<const Pose> targets, const std::string& points) {
+                                    std::span<const Pose> targets, const std::string& point,
+                                    const std::string& of = "") {
   if (!model.row.data.job_id) return {};
   const FittedRange range = job::fitted_range(db, store::get_job(db, *model.row.data.job_id));
-  return job::extrapolation_words(range, targets, points);
+  return job::extrapolation_words(range, targets, point, of);
 }
 
 constexpr std::array<const char*, 3> kPoseFields = {"x_mm", "y_mm", "phi_deg"};
@@ -219,7 +219,7 @@ ExitCode run_predict(const PredictOptions& options, Context& context) {
     if (question.status == Reach::Status::ok) nominal.push_back(question.nominal);
   }
   const std::vector<std::string> idle = idle_in(model, asked);
-  const std::vector<std::string> beyond = beyond_fit(db, model, nominal, "poses");
+  const std::vector<std::string> beyond = beyond_fit(db, model, nominal, "pose");
   if (context.json) {
     context.print("model-predict", {{"campaign", campaign.name},
                                     {"version", model.row.version},
@@ -243,7 +243,7 @@ std::vector<std::string> table_words(store::Connection& db, const StoredModel& m
   for (const job::TableRow& row : table.rows) {  // rows of one target stand together
     if (targets.empty() || targets.back() != row.target) targets.push_back(row.target);
   }
-  std::vector<std::string> words = beyond_fit(db, model, targets, "targets of the table");
+  std::vector<std::string> words = beyond_fit(db, model, targets, "target", " of the table");
   for (const std::string& effect : job::idle_effects(model.robot, options.at.temp_degc.has_value(),
                                                      options.at.time_s.has_value())) {
     words.push_back("left out: " + effect);
@@ -260,8 +260,10 @@ bool ends_with(const std::string& text, std::string_view end) {
   return text.size() > end.size() && text.ends_with(end);
 }
 
-job::TableRequest request_of(const ExportOptions& options) {
-  job::TableRequest request = options.grid;
+job::TableRequest request_of(const ExportOptions& options, const Machine& machine) {
+  job::TableRequest request;
+  request.half_width_mm = options.half_width_mm.value_or(usual_half_width_mm(machine));
+  request.step_mm = options.step_mm.value_or(usual_step_mm(request.half_width_mm));
   request.phi_rad.clear();
   for (const double deg : options.phi_deg) request.phi_rad.push_back(rad_from_deg(deg));
   request.epoch = options.at.epoch;
@@ -270,10 +272,15 @@ job::TableRequest request_of(const ExportOptions& options) {
   return request;
 }
 
+double knot_mm_of(const ExportOptions& options, const job::TableRequest& request) {
+  return options.knot_mm.value_or(usual_step_mm(request.half_width_mm) / 2);
+}
+
 Json export_table(store::Connection& db, const StoredModel& model, const ExportOptions& options,
                   Existing existing) {
   require_epoch(model, options.at.epoch);
-  const job::CompensationTable table = job::compensation_table(model.robot, request_of(options));
+  const job::CompensationTable table =
+      job::compensation_table(model.robot, request_of(options, model.robot.nominal));
   if (!options.dry_run) write_output(options.file, job::table_csv(table), existing);
   return {{"kind", "table"},
           {"n_targets", table.n_targets},
@@ -295,8 +302,9 @@ Json error_row(std::size_t knots, const TableError& before, const TableError& le
 /// A file for a controller that corrects a stage's two axes by where both stand.
 Json export_plane(const Correction& correction, const Machine& machine,
                   const ExportOptions& options, Existing existing) {
+  const job::TableRequest request = request_of(options, machine);
   const job::PlaneTable table =
-      job::plane_table(correction, machine, request_of(options), options.knot_mm);
+      job::plane_table(correction, machine, request, knot_mm_of(options, request));
   const job::ControllerFile file = job::aerotech_file(table, options.file);
   if (!options.dry_run) write_output(file.name, file.text, existing);
   Json drives = Json::array();
@@ -313,8 +321,9 @@ Json export_controller(const Correction& correction, const Machine& machine,
                        const ExportOptions& options, Existing existing) {
   if (options.format == kPlaneFormat) return export_plane(correction, machine, options, existing);
   const bool linuxcnc = options.format == "linuxcnc";
+  const job::TableRequest request = request_of(options, machine);
   const job::ControllerTables tables =
-      job::controller_tables(correction, machine, request_of(options), options.knot_mm);
+      job::controller_tables(correction, machine, request, knot_mm_of(options, request));
   const std::vector<job::ControllerFile> files =
       linuxcnc ? job::linuxcnc_files(tables, options.file)
                : std::vector{job::aerotech_file(tables, options.file)};
@@ -337,8 +346,11 @@ Json export_controller(const Correction& correction, const Machine& machine,
 }
 
 std::string export_text(const Json& done) {
+  std::vector<std::string> names = {done["file"]};  // a controller has a file a drive
+  if (done.contains("files")) names = done["files"].get<std::vector<std::string>>();
+  for (std::string& name : names) name = printable(name);
   std::string text = fmt::format("{} {}", done["dry_run"].get<bool>() ? "would write" : "wrote",
-                                 printable(done["file"].get<std::string>()));
+                                 fmt::join(names, ", "));
   if (done["kind"] == "model") return text + ": the model as JSON";
   if (done.contains("files")) {
     text += fmt::format(": {} of {}, from {}", done["drives"].size() == 1 ? "the table" : "tables",
@@ -464,12 +476,11 @@ void setup_export(Command model, Context& context) {
            "each drive (as the file's ending says)")
       .one_of({"csv", "json", "linuxcnc", "aerotech", kPlaneFormat});
   c.option("--job", o->job, "controllers: this job's correction, whatever its method");
-  c.option("--knot-mm", o->knot_mm, "controllers: between knots of a table")
-      .positive()
-      .shown_default();
-  c.option("--step-mm", o->grid.step_mm, "Of the targets").shown_default();
-  c.option("--half-width-mm", o->grid.half_width_mm, "Of the square of targets about O_A")
-      .shown_default();
+  c.option("--knot-mm", o->knot_mm, "controllers: between knots of a table (half a step)")
+      .positive();
+  c.option("--step-mm", o->step_mm, "Of the targets (10, or a tenth of a small half-width)");
+  c.option("--half-width-mm", o->half_width_mm,
+           "Of the square of targets about O_A (100, or half the longest stroke)");
   c.option("--phi-deg", o->phi_deg, "Orientations, several with commas")
       .delimiter(',')
       .shown_default();

@@ -9,7 +9,7 @@ namespace trammel::cli {
 
 namespace {
 
-/// In capitals: the value that the line gave by that name.
+/// In capitals: the value that the line gave by that name; THIS: the line as it is.
 struct Row {
   const char* command;
   const char* after_ok;
@@ -17,23 +17,22 @@ struct Row {
 };
 constexpr auto kRows = std::to_array<Row>({
     // clang-format off
-    {"plan create",           "trammel plan create GRID --out plan.json",       ""},
-    {"plan show",             "trammel plan check PLAN",                        ""},
+    {"plan create",           "THIS --out plan.json",                           ""},
+    {"plan show",             "trammel plan check PLAN --mechanism FILE",       ""},
     {"plan check",            "trammel session run CAMPAIGN --plan PLAN --stage STAGE",
                               "trammel plan show PLAN"},
     {"session run",           "trammel session status CAMPAIGN",                "trammel plan check PLAN"},
     {"session resume",        "trammel report CAMPAIGN",                        "trammel session status CAMPAIGN"},
-    {"emulate",               "trammel session run CAMPAIGN --plan PLAN --stage galil:FILE --tracker t2sa:FILE",
-                              ""},
+    {"emulate",               "trammel session run CAMPAIGN --plan PLAN --stage galil:stage.json --tracker "
+                              "t2sa:tracker.json",                            ""},
     {"campaign check",        "trammel campaign show CAMPAIGN",                 "trammel diagnose CAMPAIGN"},
     {"campaign points",       "trammel campaign import --points FILE --layout layout.json", ""},
     {"campaign export",       "trammel campaign import FOLDER --dry-run",       ""},
-    {"reading exclude",       "trammel calibrate lsq CAMPAIGN",                 ""},
     {"calibrate",             "trammel report CAMPAIGN",                        ""},
     {"diagnose",              "trammel report CAMPAIGN",                        "trammel report CAMPAIGN"},
     {"model diff",            "trammel model predict CAMPAIGN last --pose 0,0,0", ""},
     {"model predict",         "trammel model export CAMPAIGN VERSION --out compensation.csv",
-                              "trammel mechanism workspace FILE"},
+                              "trammel model show CAMPAIGN VERSION"},
     {"model export",          "trammel model list CAMPAIGN",                    ""},
     {"job show",              "trammel job why JOB",                            ""},
     {"job why",               "trammel job verify JOB",                         ""},
@@ -43,10 +42,9 @@ constexpr auto kRows = std::to_array<Row>({
     {"assess",                "trammel diagnose CAMPAIGN",                      ""},
     {"compare",               "trammel report CAMPAIGN",                        ""},
     {"mechanism check",       "trammel mechanism workspace FILE",               "trammel mechanism workspace FILE"},
-    {"mechanism ik",          "trammel plan create lattice --out plan.json",    "trammel mechanism workspace FILE"},
-    {"mechanism fk",          "trammel mechanism ik FILE --pose X Y PHI",       "trammel mechanism workspace FILE"},
+    {"mechanism ik",          "trammel mechanism workspace FILE",               "trammel mechanism workspace FILE"},
+    {"mechanism fk",          "trammel mechanism workspace FILE",               "trammel mechanism workspace FILE"},
     {"mechanism sensitivity", "trammel mechanism workspace FILE",               ""},
-    {"mechanism workspace",   "trammel plan create lattice --out plan.json",    ""},
     {"serve",                 "trammel report CAMPAIGN",                        ""},
     {"query",                 "trammel query SQL --csv",                        ""},
     {"db check",              "trammel db verify",                              "restore a backup, then: trammel db verify"},
@@ -89,11 +87,13 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 /// The row's line with the values of this one in the place of their names.
-std::string filled(const std::string& line, Command command) {
+std::string filled(const std::string& line, Command command,
+                   const std::vector<std::string>& words) {
   std::string out;
   for (std::size_t at = 0; at < line.size();) {
     const std::size_t end = std::min(line.find(' ', at), line.size());
     std::string word = line.substr(at, end - at);
+    if (word == "THIS") word = joined(words);
     for (const Option option : command.options()) {
       const auto given = option.words();
       if (word != value_name(option) || given.empty()) continue;
@@ -107,6 +107,20 @@ std::string filled(const std::string& line, Command command) {
 }
 
 }  // namespace
+
+std::string named_machine(Command command) {
+  const bool is_first = full_name(command).starts_with("trammel mechanism ");
+  for (const Option option : command.options()) {
+    const auto words = option.words();
+    if (words.empty()) continue;
+    const std::string& word = words.front();
+    const auto& names = option.long_names();
+    const auto named = [&names](const char* name) { return std::ranges::count(names, name) > 0; };
+    if (named("mechanism") || (is_first && names.empty())) return word;
+    if (named("stage")) return word.substr(word.find(':') + 1);
+  }
+  return "";
+}
 
 std::string first_calibration(const Machine& machine) {
   return machine.kind->chain == &kPrrChain ? "trammel calibrate lsq "
@@ -122,7 +136,7 @@ std::string next_step(Command app, const std::vector<std::string>& words, ExitCo
   }
   const Row* row = row_of(command);
   if (row == nullptr) return "";
-  return filled(code == ExitCode::ok ? row->after_ok : row->after_failure, command);
+  return filled(code == ExitCode::ok ? row->after_ok : row->after_failure, command, words);
 }
 
 std::string next_step_after_error(Command app, const std::vector<std::string>& words, ExitCode code,
@@ -132,12 +146,13 @@ std::string next_step_after_error(Command app, const std::vector<std::string>& w
   switch (code) {
     case ExitCode::not_found:
       if (fault == Fault::part) {
-        const std::string show = filled("trammel campaign show CAMPAIGN", command);
+        const std::string show = filled("trammel campaign show CAMPAIGN", command, words);
         if (!show.ends_with(" CAMPAIGN")) return show;
       }
+      if (fault == Fault::file_of_another) return "put that file there, then: " + again;
       return fault == Fault::stored ? "trammel campaign list" : help;
     case ExitCode::invalid_data:
-      return fault == Fault::file ? "put the file right, then: " + again : help;
+      return fault == Fault::line ? help : "put the file right, then: " + again;
     case ExitCode::safety_stop:
       return "look at the machine, then: " + again;
     case ExitCode::device:

@@ -17,8 +17,13 @@ std::string next_step(Command app, const std::vector<std::string>& words, ExitCo
 /// other.
 std::string first_calibration(const Machine& machine);
 
-/// What an error that suggests nothing itself is about; part: of a campaign that is there.
-enum class Fault { stored, part, file, line };
+/// The file of the machine that the line is about: of --mechanism, of --stage, of `mechanism …`;
+/// empty when it names none.
+std::string named_machine(Command command);
+
+/// What an error that suggests nothing itself is about; part: of a campaign that is there;
+/// file_of_another: a file that the line does not name, but one that it names.
+enum class Fault { stored, part, file, file_of_another, line };
 
 /// The same after such an error. A line that is wrong itself is not suggested again: its help is.
 /// Proof: next_step_test.cpp.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -28,6 +29,7 @@
 #include "core/plane/hull.hpp"
 #include "core/units.hpp"
 #include "store/campaign.hpp"
+#include "store/machine.hpp"
 #include "store/open.hpp"
 
 namespace trammel::cli {
@@ -53,6 +55,7 @@ struct CreateOptions {
 struct FileOptions {
   std::string file;
   std::string mechanism;
+  std::string campaign;
   CheckOptions check;
   std::optional<double> speed_mm_s;  // none: the stage's
   bool identifiability = false;
@@ -61,8 +64,11 @@ struct FileOptions {
   bool dry_run = false;
 };
 
-Machine machine_at(const std::string& file) {
-  return file.empty() ? machine_of(paper_mechanism()) : read_machine_file(file);
+Machine machine_for(const FileOptions& o, const Context& context) {
+  if (!o.mechanism.empty()) return read_machine_file(o.mechanism);
+  if (o.campaign.empty()) return machine_of(paper_mechanism());
+  store::Connection db = store::open(context.db(), store::Access::read_only);
+  return store::load_machine(db, store::require_campaign_id(db, o.campaign));
 }
 
 /// Where points may lie, and of which machine they are to be safe.
@@ -188,9 +194,9 @@ ExitCode run_create(const CreateOptions& options, Context& context) {
                           options.dry_run ? "would be written to" : "written to",
                           printable(options.out)));
   if (!options.dry_run) {
-    const std::string& file = options.mechanism;
+    const bool of_campaign = options.mechanism.empty() && !options.campaign.empty();
     context.next("trammel plan check " + shell_word(options.out) +
-                 (file.empty() ? "" : " --mechanism " + shell_word(file)));
+                 (of_campaign ? " --campaign " + shell_word(options.campaign) : ""));
   }
   return ExitCode::ok;
 }
@@ -219,18 +225,47 @@ ExitCode run_show(const FileOptions& options, Context& context) {
   return ExitCode::ok;
 }
 
-/// Of a mechanism that a stage file states; nothing for any other.
-std::optional<device::GalilSettings> stage_of(const std::string& file) {
-  if (file.empty()) return std::nullopt;
+/// Where the machine of a file stands, if it says so: a controller's or a virtual one.
+struct Stands {
+  std::optional<device::GalilSettings> galil;
+  std::string stage;  // --stage
+};
+
+Stands stands_of(const std::string& file) {
+  if (file.empty()) return {.galil = {}, .stage = "STAGE"};
   const JsonFile json = read_json(file);
-  if (!Fields(json).has("controller")) return std::nullopt;
-  return device::read_stage(file).galil;
+  Fields fields(json);
+  if (fields.has("controller")) {
+    return {.galil = device::read_stage(file).galil, .stage = "galil:" + shell_word(file)};
+  }
+  const bool is_virtual = fields.has("drive") || fields.has("seed");
+  return {.galil = {}, .stage = is_virtual ? "sim:" + shell_word(file) : "STAGE"};
+}
+
+/// A look at a robot that may not be there is to be had again; a controller asks for a record.
+void suggest_after_check(const FileOptions& o, const Stands& stands, bool safe, bool records,
+                         const Context& context) {
+  const std::string plan = shell_word(o.file);
+  if (o.mechanism.empty() && o.campaign.empty()) {
+    context.next("trammel plan check " + plan + " --mechanism FILE");
+  } else if (!safe) {
+    context.next("trammel plan show " + plan);
+  } else if (stands.galil && !records) {
+    const std::string record = std::filesystem::path(o.file).stem().string() + ".check.json";
+    context.next("trammel plan check " + plan + " --record " + shell_word(record));
+  } else {
+    context.next(fmt::format(
+        "trammel session run {} --plan {} --stage {}{}",
+        o.campaign.empty() ? "CAMPAIGN" : shell_word(o.campaign), plan, stands.stage,
+        stands.galil ? " --tracker t2sa:tracker.json --plan-check " + shell_word(o.record) : ""));
+  }
 }
 
 ExitCode run_check(const FileOptions& options, Context& context) {
   const Plan plan = plan_of(options.file);
-  const auto stage = stage_of(options.mechanism);
-  const Machine machine = machine_at(options.mechanism);
+  const Stands stands = stands_of(options.mechanism);
+  const auto& stage = stands.galil;
+  const Machine machine = machine_for(options, context);
   CheckOptions margins = options.check;
   if (stage) margins.speed_mm_s = stage->speed_mm_s;
   margins.speed_mm_s = options.speed_mm_s.value_or(margins.speed_mm_s);
@@ -248,6 +283,7 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                    {"recorded", records},
                    {"safe", violations.empty()},
                    {"mechanism", options.mechanism.empty() ? Json() : Json(options.mechanism)},
+                   {"campaign", options.campaign.empty() ? Json() : Json(options.campaign)},
                    {"violations", violations_json(violations)}};
     if (stage) fields["watch_host_s"] = stage->watch_host_s;
     if (design) fields["identifiability"] = design_json(*design);
@@ -260,20 +296,14 @@ ExitCode run_check(const FileOptions& options, Context& context) {
                               terminal::counted(plan.points.size(), "point"))
                 : fmt::format("{}: {}", printable(plan.name),
                               terminal::counted(violations.size(), "violation"));
-    if (options.mechanism.empty()) {
+    if (options.mechanism.empty() && options.campaign.empty()) {
       text += "\non the paper's 3-PRR, which was assumed: no --mechanism is given";
     }
     if (stage) text += "\n" + device::watch_text(stage->watch_host_s);
     context.print(design ? design_text(*design) + text : text);
   }
-  if (options.mechanism.empty()) {  // safe on a robot that may not be there
-    context.next(fmt::format("trammel plan check {} --mechanism FILE", shell_word(options.file)));
-  } else if (!violations.empty()) {
-    context.next("trammel plan show " + shell_word(options.file));
-  } else if (records && stage) {
-    context.next(fmt::format(
-        "trammel session run CAMPAIGN --plan {} --stage galil:{} --tracker TRACKER --plan-check {}",
-        shell_word(options.file), shell_word(options.mechanism), shell_word(options.record)));
+  if (!options.dry_run) {
+    suggest_after_check(options, stands, violations.empty(), records, context);
   }
   return violations.empty() ? ExitCode::ok : ExitCode::not_acceptable;
 }
@@ -351,7 +381,12 @@ void setup_plan(Command app, Context& context) {
   Command checked = plan.command("check", "Every target and every path; lists all faults");
   auto options = std::make_shared<FileOptions>();
   checked.option("plan", options->file, "file, or the name of a grid").required();
-  checked.option("--mechanism", options->mechanism, "mechanism file (the paper's)").type("FILE");
+  const Option file =
+      checked.option("--mechanism", options->mechanism, "mechanism file (the paper's)")
+          .type("FILE");
+  checked.option("--campaign", options->campaign, "on the machine of this campaign")
+      .type("CAMPAIGN")
+      .excludes(file);
   margin_options(checked, options->check);
   checked.option("--speed", options->speed_mm_s,
                  "of the fastest drive, mm/s (the stage's; else 20)");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/terminal/counted.hpp"
 #include "core/plan/named.hpp"
 #include "core/units.hpp"
 
@@ -141,11 +142,14 @@ std::string beside_paper_80(const Plan& plan, const Machine& machine,
   const PlanDesign paper = design_of(named_plan("paper-80"), machine, options);
   return "predicted standard deviation of the pose after the fit, over +-100 mm and -5, 0, 5 "
          "deg:\n" +
-         uncertainty_line(fmt::format("{}, {} points", plan.name, plan.points.size()),
-                          ours.turned.value()) +
+         uncertainty_line(
+             fmt::format("{}, {}", plan.name, terminal::counted(plan.points.size(), "point")),
+             ours.turned.value()) +
          uncertainty_line("paper-80, 80 points", paper.turned.value()) +
          "the same at phi = 0 alone:\n" +
-         uncertainty_line(fmt::format("{}, {} points", plan.name, plan.points.size()), ours.level) +
+         uncertainty_line(
+             fmt::format("{}, {}", plan.name, terminal::counted(plan.points.size(), "point")),
+             ours.level) +
          uncertainty_line("paper-80, 80 points", paper.level);
 }
 

@@ -10,6 +10,7 @@
 #include "app/files/files.hpp"
 #include "app/files/machine_json.hpp"
 #include "app/files/positions_campaign.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/units.hpp"
 
 namespace trammel::cli {
@@ -46,10 +47,12 @@ std::string positions_text(const PositionsFile& file, const Campaign& campaign) 
     if (campaign.machine.measured[c]) measured.push_back(kCoordinateNames[c]);
   }
   const auto fitted = std::ranges::count(campaign.readings, ReadingSet::identify, &Reading::set);
-  std::string text = fmt::format("positions   {}: {} rows, {}; measured {}\n", printable(file.name),
-                                 file.rows.size(), file.format, fmt::join(measured, ", "));
+  std::string text = fmt::format("positions   {}: {}, {}; measured {}\n", printable(file.name),
+                                 terminal::counted(file.rows.size(), "row"), file.format,
+                                 fmt::join(measured, ", "));
   if (file.missed > 0) {
-    text += fmt::format("missed      {} nodes without a measured position\n", file.missed);
+    text += fmt::format("missed      {} without a measured position\n",
+                        terminal::counted(file.missed, "node"));
   }
   if (!file.unused.empty()) {
     text +=

@@ -309,8 +309,10 @@ ExitCode run_protocol(const ProtocolOptions& options, Context& context) {
                                    {"exit_code", static_cast<int>(outcome.code)},
                                    {"steps", steps_json(outcome.steps)}});
   } else if (outcome.code == ExitCode::ok) {
-    context.print(fmt::format("campaign {}: all {} steps are done", printable(protocol.name),
-                              protocol.steps.size()));
+    context.print(fmt::format("campaign {}: {} done", printable(protocol.name),
+                              protocol.steps.size() == 1
+                                  ? "its step is"
+                                  : fmt::format("all {} steps are", protocol.steps.size())));
   }
   if (outcome.code == ExitCode::ok) {
     context.next("trammel report " + shell_word(protocol.name));

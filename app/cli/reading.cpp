@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/next_step.hpp"
 #include "store/campaign.hpp"
+#include "store/machine.hpp"
 #include "store/open.hpp"
 #include "store/transaction.hpp"
 
@@ -25,6 +27,10 @@ ExitCode run_reading_exclude(const ReadingExcludeOptions& options, Context& cont
         fmt::runtime(options.dry_run ? "reading {} of {} would be left out; nothing was stored"
                                      : "reading {} of {} is left out from now on; it stays stored"),
         options.seq, printable(campaign.name)));
+  }
+  if (!options.dry_run) {
+    context.next(first_calibration(store::load_machine(db, campaign.id)) +
+                 shell_word(campaign.name));
   }
   return ExitCode::ok;
 }

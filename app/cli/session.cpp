@@ -78,9 +78,9 @@ ExitCode report(const session::Outcome& outcome, const std::string& verb, const 
   std::string text;
   for (const Violation& v : outcome.violations) text += describe(v) + "\n";
   for (const std::string& what : outcome.missing) text += "missing: " + printable(what) + "\n";
-  text += fmt::format("{}: {}, {} of {} points stored", printable(name),
-                      session::name_of(outcome.state), outcome.n_before + outcome.n_stored,
-                      outcome.n_points);
+  text += fmt::format("{}: {}, {} of {} stored", printable(name), session::name_of(outcome.state),
+                      outcome.n_before + outcome.n_stored,
+                      terminal::counted(outcome.n_points, "point"));
   if (!outcome.detail.empty()) text += "; " + printable(outcome.detail);
   context.print(text);
   return code;
@@ -104,7 +104,8 @@ void say_extrapolation(store::Connection& db, store::Id job, const Plan& plan,
   std::vector<Pose> targets;
   for (const PlannedPoint& p : plan.points) targets.push_back(p.target);
   const FittedRange range = job::fitted_range(db, store::get_job(db, job));
-  for (const std::string& words : job::extrapolation_words(range, targets, "targets of the plan")) {
+  for (const std::string& words :
+       job::extrapolation_words(range, targets, "target", " of the plan")) {
     context.say("warning: " + words);
   }
 }
@@ -173,12 +174,13 @@ ExitCode run_run(const RunOptions& options, Context& context) {
   const session::Surroundings around = surroundings(context);
   const session::Outcome outcome = session::run(db, request, around);
   const ExitCode code = report(outcome, "run", request.session, context);
+  say_check(options, request, outcome, context);
   if (outcome.state == session::State::done) {
     const store::Id campaign = store::require_campaign_id(db, request.campaign);
     context.next((request.compensation_job ? "trammel report "
                                            : first_calibration(store::load_machine(db, campaign))) +
                  shell_word(request.campaign));
-  } else if (outcome.session_id != 0) {
+  } else if (!outcome.refused() && outcome.session_id != 0) {
     context.next(fmt::format("trammel session resume {} --session {}", shell_word(request.campaign),
                              shell_word(request.session)));
   }

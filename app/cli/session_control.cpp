@@ -14,6 +14,7 @@
 #include "app/session/side_file.hpp"
 #include "app/session/status.hpp"
 #include "app/session/wishes.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/table.hpp"
 #include "store/campaign.hpp"
 #include "store/open.hpp"
@@ -193,13 +194,14 @@ ExitCode run_recover(const AskOptions& options, Context& context) {
   } else if (recovery.n_lines == 0) {
     context.print("nothing was kept aside");
   } else {
-    std::string text =
-        fmt::format("{} of {} readings {} taken in, {} were there already\n", recovery.n_taken,
-                    recovery.n_lines, options.dry_run ? "would be" : "are", recovery.n_there);
+    std::string text = fmt::format("{} of {} {} taken in; there already: {}\n", recovery.n_taken,
+                                   terminal::counted(recovery.n_lines, "reading"),
+                                   options.dry_run ? "would be" : "are", recovery.n_there);
     for (const std::string& problem : recovery.problems) text += printable(problem) + "\n";
     context.print(text);
   }
-  context.next("trammel session resume " + shell_word(campaign.name));
+  context.next((recovery.n_lines == 0 ? "trammel session status " : "trammel session resume ") +
+               shell_word(campaign.name));
   return recovery.problems.empty() ? ExitCode::ok : ExitCode::invalid_data;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -50,18 +51,30 @@ const TemplateFile& template_of(const TemplateOptions& o) {
                                               : fmt::format("one of {}", fmt::join(kinds, ", "))});
 }
 
+/// What others call it: robot.json; the readings of campaign.json are readings.csv.
+std::string usual_name(const TemplateFile& file) {
+  return file.name.ends_with(".csv") ? "readings.csv" : noun_of(file) + ".json";
+}
+
 /// What is done with the file, once it is as it should be.
-std::string use_of(const std::string& noun, const std::string& file) {
+std::string use_of(const TemplateOptions& o, const std::string& out) {
   static const std::map<std::string, std::string> uses = {
-      {"machine", "trammel mechanism check {}"},
-      {"robot", "trammel mechanism check {}"},
+      {"machine", "trammel mechanism check {0}"},
+      {"robot", "trammel mechanism check {0}"},
       {"campaign", "trammel campaign import . --dry-run"},
-      {"layout", "trammel campaign import --points FILE --layout {} --dry-run"},
-      {"protocol", "trammel protocol run {} --dry-run"},
-      {"plan", "trammel plan check {} --mechanism FILE"},
-      {"stage", "trammel session run CAMPAIGN --plan PLAN --stage galil:{} --dry-run"},
-      {"tracker", "trammel session run CAMPAIGN --plan PLAN --stage STAGE --tracker t2sa:{}"}};
-  return fmt::format(fmt::runtime(uses.at(noun)), shell_word(file));
+      {"layout", "trammel campaign import --points FILE --layout {0} --dry-run"},
+      {"protocol", "trammel protocol check {0}"},
+      {"plan", "trammel plan check {0} --mechanism {1}"},
+      {"stage", "trammel session run CAMPAIGN --plan PLAN --stage galil:{0} --dry-run"},
+      {"tracker", "trammel session run CAMPAIGN --plan PLAN --stage STAGE --tracker t2sa:{0}"}};
+  const std::filesystem::path robot = std::filesystem::path(out).parent_path() / "robot.json";
+  const bool is_there = std::filesystem::exists(robot);
+  if (o.noun == "protocol" && !is_there) {
+    return fmt::format("trammel template robot{}{} --out {}", o.kind.empty() ? "" : " ", o.kind,
+                       shell_word(robot.string()));
+  }
+  return fmt::format(fmt::runtime(uses.at(o.noun)), shell_word(out),
+                     is_there ? shell_word(robot.string()) : "FILE");
 }
 
 }  // namespace
@@ -79,8 +92,8 @@ ExitCode run_template(const TemplateOptions& options, Context& context) {
   context.print_as_is(file.text);
   context.next(context.out.empty()
                    ? fmt::format("trammel template {}{}{} --out {}", options.noun,
-                                 options.kind.empty() ? "" : " ", options.kind, file.name)
-                   : use_of(options.noun, context.out));
+                                 options.kind.empty() ? "" : " ", options.kind, usual_name(file))
+                   : use_of(options, context.out));
   return ExitCode::ok;
 }
 
@@ -90,7 +103,8 @@ void setup_template(Command app, Context& context) {
   command.option("NOUN", options->noun, "of what").required().one_of(template_nouns());
   command.option(
       "KIND", options->kind,
-      "stage: galil; tracker: t2sa, file; machine: 3-prr, 3-ppr, 3-rpr, xy, x; campaign: readings");
+      "machine, robot, plan, protocol: 3-prr, 3-ppr, 3-rpr, xy, x; stage: galil; tracker: t2sa, "
+      "file; campaign: readings");
   on_run(command, context, options, run_template);
 }
 

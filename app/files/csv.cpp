@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <optional>
 
 #include "app/files/files.hpp"
@@ -19,13 +20,12 @@ class Scanner {
     if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) {
       refuse("the file is UTF-16: save it as UTF-8");
     }
-    const std::string_view first = line();
-    const bool stated = first.size() == 5 && first.starts_with("sep=");
-    if (stated) to_next_line();
+    const char mark = stated_separator(line());
+    if (mark != '\0') to_next_line();
     skip_comments(0);
     const std::string_view header = line();
     separator_ =
-        stated ? first.back() : separator_of(header.substr(0, header.find_last_not_of(" \t") + 1));
+        mark != '\0' ? mark : separator_of(header.substr(0, header.find_last_not_of(" \t") + 1));
     if (!is_separator(separator_)) refuse("'sep=' names no comma, semicolon or tab");
     ends_ = {separator_, '\r', '\n', '"', '\0'};
   }
@@ -175,7 +175,17 @@ void drop_empty_end(CsvTable::Row& row, std::size_t columns) {
   while (row.cells.size() > columns && row.cells.back().text.empty()) row.cells.pop_back();
 }
 
-/// Where other marks than commas separate, numbers may have decimal commas: all or none of them.
+/// Whether a number of the table has a decimal point.
+bool has_decimal_points(const CsvTable& table) {
+  return std::ranges::any_of(table.rows, [](const CsvTable::Row& row) {
+    return std::ranges::any_of(row.cells, [](const CsvCell& cell) {
+      return cell.text.find('.') != std::string_view::npos && parse_number(cell.text);
+    });
+  });
+}
+
+/// Numbers may have decimal commas: all or none of them. (Where commas separate, those stand in
+/// quotes, and beside decimal points they may be text.)
 void take_decimal_commas(CsvTable& table) {
   const CsvCell* point = nullptr;
   const CsvCell* comma = nullptr;
@@ -258,6 +268,15 @@ Where CsvTable::where(const Row& row, std::size_t k) const {
           .field = std::string(header.cells.at(k).text)};
 }
 
+char stated_separator(std::string_view line) {
+  std::string word(line.substr(0, line.find_last_not_of(" \r") + 1));
+  if (word.size() > 2 && word.front() == '"' && word.back() == '"') {
+    word = word.substr(1, word.size() - 2);
+  }
+  std::ranges::transform(word, word.begin(), [](unsigned char c) { return std::tolower(c); });
+  return word.size() == 5 && word.starts_with("sep=") ? word.back() : '\0';
+}
+
 CsvTable parse_csv(std::string text, const std::string& name) {
   CsvTable table;
   table.name = name;
@@ -287,7 +306,8 @@ CsvTable parse_csv(std::string text, const std::string& name) {
     check_length(table, row);
     table.rows.push_back(std::move(row));
   }
-  if (scanner.separator() != ',') take_decimal_commas(table);
+  while (!table.rows.empty() && is_blank(table.rows.back())) table.rows.pop_back();
+  if (scanner.separator() != ',' || !has_decimal_points(table)) take_decimal_commas(table);
   return table;
 }
 

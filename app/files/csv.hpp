@@ -43,13 +43,17 @@ inline constexpr std::size_t kMaxCsvCellBytes = 100'000;
 /// byte order mark is skipped; and what people's programs write where it has one reading: blanks
 /// around cells, empty lines at the end, comments (lines that begin with # and are no row), a first
 /// line sep=; of a spreadsheet, separators behind the last column, semicolons or tabs in place of
-/// commas (as the header line has them), then with decimal commas too. Throws InputError with line
-/// and column: no header, two kinds of separators in it, an empty or repeated column name, a row
-/// with more or fewer cells than the header, a quote that does not close, text after a closing
-/// quote, a NUL byte, UTF-16, an empty line between others, decimal points beside decimal commas,
-/// more than the caps above. Proof: csv_test.cpp.
+/// commas (as the header line has them), and decimal commas, in quotes where commas separate.
+/// Throws InputError with line and column: no header, two kinds of separators in it, an empty or
+/// repeated column name, a row with more or fewer cells than the header, a quote that does not
+/// close, text after a closing quote, a NUL byte, UTF-16, an empty line between others, decimal
+/// points beside decimal commas, more than the caps above. Proof: csv_test.cpp.
 CsvTable parse_csv(std::string text, const std::string& name);
 CsvTable read_csv(const std::filesystem::path& path);
+
+/// ';' of the line sep=;, as spreadsheets write it above the header: in capitals or quotes too,
+/// with blanks behind it. NUL: it is no such line. Proof: csv_test.cpp.
+char stated_separator(std::string_view line);
 
 /// A cell as RFC 4180 writes it: quoted when it must be.
 std::string csv_cell(std::string_view text);

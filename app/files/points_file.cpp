@@ -122,7 +122,10 @@ class PointsReader {
     const auto value = points_number(text, options_.decimal);
     if (!value) {
       refuse_at(line, k, "this is no number", fmt::format("a number with '{}'", options_.decimal),
-                next_ == 0 ? "a line above the points begins with //, # or %" : "");
+                points_number(text, options_.decimal == '.' ? ',' : '.')
+                    ? "is a comma the decimal sign? --decimal says so, in a layout \"decimal\""
+                : next_ == 0 ? "a line above the points begins with //, # or %"
+                             : "");
     }
     return *value;
   }

@@ -29,8 +29,8 @@ constexpr std::array<NamedColumn, 7> kNamedColumns = {{{"X [", PointColumn::x},
 constexpr std::size_t kLinesTried = 100;  // to recognise a format: the first ones may be misses
 
 /// The columns by their names, where this line names X, Y and Z.
-std::optional<PointsColumns> by_header(const PointsLine& line) {
-  PointsColumns found{.header = true};
+std::optional<PointsColumns> by_header(const PointsLine& line, char delimiter) {
+  PointsColumns found{.delimiter = delimiter, .header = true};
   for (const PointsCell& cell : points_cells(line.text, found.delimiter)) {
     const std::string title = single_blanks(cell.text);
     const auto known =
@@ -71,7 +71,12 @@ std::optional<PointsColumns> by_numbers(const PointsFormat& format, const Points
 
 std::optional<PointsColumns> columns_as(const PointsFormat& format,
                                         const std::vector<PointsLine>& lines, char decimal) {
-  if (format.columns.empty()) return by_header(lines.front());
+  if (format.columns.empty()) {
+    for (const char delimiter : format.delimiters) {
+      if (auto found = by_header(lines.front(), delimiter)) return found;
+    }
+    return std::nullopt;
+  }
   for (std::size_t k = 0; k < std::min(kLinesTried, lines.size()); ++k) {
     if (auto found = by_numbers(format, lines[k], decimal)) return found;
   }
@@ -83,7 +88,7 @@ std::optional<PointsColumns> columns_as(const PointsFormat& format,
 const std::vector<PointsFormat>& points_formats() {
   using enum PointColumn;
   static const std::vector<PointsFormat> formats = {
-      {"leica-csv", "comma-separated under a header with X [mm], Y [mm], Z [mm]", ",", {}},
+      {"leica-csv", "separated under a header with X [mm], Y [mm], Z [mm]", ",;\t", {}},
       {"sa",
        "SpatialAnalyzer: collection, group, point, X, Y, Z, time",
        ",",

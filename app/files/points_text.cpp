@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "app/files/csv.hpp"
 #include "core/error.hpp"
 
 namespace trammel {
@@ -92,7 +93,7 @@ PointsText points_text(std::string bytes, const std::string& name) {
                         .where = {.file = name, .line = number}});
     }
     const std::string_view content = trimmed(line);
-    if (content.empty()) continue;
+    if (content.empty() || (number == 1 && stated_separator(content) != '\0')) continue;
     if (const std::size_t sign = comment_sign(content); sign > 0) {
       text.comments.emplace_back(trimmed(content.substr(sign)));
     } else {
@@ -107,8 +108,17 @@ std::vector<PointsCell> points_cells(std::string_view line, char delimiter) {
   const std::string_view ends = delimiter == ' ' ? kBlanks : std::string_view(&delimiter, 1);
   for (std::size_t at = 0; at <= line.size();) {
     if (delimiter == ' ') at = std::min(line.find_first_not_of(kBlanks, at), line.size());
-    const std::size_t end = std::min(line.find_first_of(ends, at), line.size());
-    const std::string_view text = trimmed(line.substr(at, end - at));
+    std::size_t end = std::min(line.find_first_of(ends, at), line.size());
+    const std::size_t quote = line.find_first_not_of(kBlanks, at);
+    const bool quoted = delimiter != ' ' && quote < line.size() && line[quote] == '"';
+    const std::size_t close = quoted ? line.find('"', quote + 1) : std::string_view::npos;
+    if (close != std::string_view::npos) {
+      end = std::min(line.find_first_of(ends, close), line.size());
+    }
+    std::string_view text = trimmed(line.substr(at, end - at));
+    if (text.size() > 1 && close != std::string_view::npos && text.ends_with('"')) {
+      text = text.substr(1, text.size() - 2);
+    }
     const auto offset = text.empty() ? at : static_cast<std::size_t>(text.data() - line.data());
     cells.push_back({text, static_cast<int>(offset) + 1});
     at = end + 1;

@@ -238,7 +238,9 @@ class TableReader {
     if (!out_.targeted[0] || !out_.measured[0]) {
       std::vector<std::string_view> names;
       for (const CsvCell& cell : table_.header.cells) names.push_back(cell.text);
-      if (std::ranges::all_of(names, [](std::string_view n) { return decimal(n).has_value(); })) {
+      if (std::ranges::all_of(names, [](std::string_view n) {
+            return n.find_first_not_of("0123456789.,+-eE") == std::string_view::npos;
+          })) {
         refuse_all("the line that names the columns is missing",
                    fmt::format("{}", fmt::join(names, ", ")),
                    options_.one_axis ? "target_mm,direction,run,position_mm or the like"
@@ -277,17 +279,8 @@ class TableReader {
     return mm_of_unit(unit);
   }
 
-  /// "1.5", and "1,5" where the comma is not what parts the columns.
-  [[nodiscard]] static std::optional<double> decimal(std::string_view text) {
-    std::string plain(text);
-    if (std::ranges::count(plain, ',') == 1 && plain.find('.') == std::string::npos) {
-      std::ranges::replace(plain, ',', '.');
-    }
-    return parse_number(plain);
-  }
-
   [[nodiscard]] double number(const CsvTable::Row& row, std::size_t k) const {
-    const auto value = decimal(row.cells[k].text);
+    const auto value = parse_number(row.cells[k].text);
     if (!value) refuse(row, k, "this is no number", "a decimal number");
     return *value;
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "app/terminal/counted.hpp"
 #include "core/model/predictor.hpp"
 
 namespace trammel::job {
@@ -44,9 +45,12 @@ std::string left_by_axis(const RobotModel& model, const Campaign& campaign) {
     const Eigen::Matrix2Xd left = left_of(model, campaign, set);
     if (left.cols() == 0) continue;
     const Eigen::Matrix2Xd alone = left_of(stated, campaign, set).colwise() - offset;
-    text += fmt::format("{} {} on {} {} readings (offsets alone leave {})",
-                        set == ReadingSet::identify ? ":" : ",", rms_um(left), left.cols(),
-                        set == ReadingSet::identify ? "fitted" : "held-out", rms_um(alone));
+    text += fmt::format(
+        "{} {} on {} (offsets alone leave {})", set == ReadingSet::identify ? ":" : ",",
+        rms_um(left),
+        terminal::counted(left.cols(),
+                          set == ReadingSet::identify ? "fitted reading" : "held-out reading"),
+        rms_um(alone));
   }
   return text;
 }

@@ -143,14 +143,16 @@ std::string expected_text(const Json& d) {
   std::string text = line("expected", noise_text(d));
   const Json& r = d["readings"];
   const int epochs = r["epochs"], unseen = r["validate"];
-  const std::string further =
-      epochs > 1 ? fmt::format(", with joint zeros and frame of {} further epoch{},", epochs - 1,
-                               epochs > 2 ? "s" : "")
-                 : "";
-  text += line("", fmt::format("the complete geometry{} is fitted to {} readings; {}", further,
-                               r["identify"].get<int>() - r["left_out"].get<int>(),
-                               unseen > 0 ? fmt::format("{} others only judge", unseen)
-                                          : "none are left to judge"));
+  const std::string further = epochs > 1
+                                  ? fmt::format(", with joint zeros and frame of {},",
+                                                terminal::counted(epochs - 1, "further epoch"))
+                                  : "";
+  text += line("", fmt::format("the complete geometry{} is fitted to {}; {}", further,
+                               terminal::counted(
+                                   r["identify"].get<int>() - r["left_out"].get<int>(), "reading"),
+                               unseen == 1  ? "1 other only judges"
+                               : unseen > 0 ? fmt::format("{} others only judge", unseen)
+                                            : "none are left to judge"));
   return text;
 }
 

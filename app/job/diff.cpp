@@ -10,6 +10,7 @@
 #include "app/job/points.hpp"
 #include "app/job/run.hpp"
 #include "app/job/text.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/units.hpp"
 
@@ -140,7 +141,9 @@ std::string points_text(const Json& d) {
   std::string text;
   for (const char* side : {"a", "b"}) {
     const std::size_t n = d["readings_only_in"][side].size();
-    if (n > 0) text += fmt::format("  {} readings only in job {}\n", n, d[side].get<store::Id>());
+    if (n > 0)
+      text += fmt::format("  {} only in job {}\n", terminal::counted(n, "reading"),
+                          d[side].get<store::Id>());
   }
   if (points.empty()) return text;
   text += fmt::format("position error after, mm: {} of {} common readings differ, most first\n",

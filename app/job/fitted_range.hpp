@@ -17,6 +17,6 @@ FittedRange fitted_range(store::Connection& connection, const store::Job& job);
 /// lie within.
 std::vector<std::string> extrapolation_words(const FittedRange& range,
                                              std::span<const Pose> targets,
-                                             const std::string& points);
+                                             const std::string& point, const std::string& of = "");
 
 }  // namespace trammel::job

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/job/fitted_range.hpp"
+#include "app/terminal/decimals.hpp"
 #include "core/error.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/mechanism/nominal_machine.hpp"
@@ -125,7 +126,7 @@ std::vector<std::string> range_words(const std::vector<Judged>& judged) {
   }
   if (fitted.empty()) return {};
   std::vector<std::string> words =
-      extrapolation_words(trammel::fitted_range(fitted), held_out, "held-out points");
+      extrapolation_words(trammel::fitted_range(fitted), held_out, "held-out point");
   for (std::string& sentence : words) sentence = "warning: " + sentence;
   return words;
 }
@@ -171,8 +172,9 @@ std::string gains_in_words(const std::vector<Judged>& judged) {
   for (const Counted& some : counted(judged)) {
     if (some.standing == Standing::unknown_epoch) continue;
     const Errors e = errors_in(Figure::position_mm, some.points);
-    text += fmt::format("{}{} {:.4f} -> {:.4f} mm", text.empty() ? "" : ", ",
-                        name_of(some.standing), e.summary_before.mean, e.summary_after.mean);
+    text += fmt::format("{}{} {} -> {} mm", text.empty() ? "" : ", ", name_of(some.standing),
+                        terminal::figure_text(e.summary_before.mean),
+                        terminal::figure_text(e.summary_after.mean));
   }
   return text;
 }

@@ -8,6 +8,8 @@
 
 #include "app/job/held_out.hpp"
 #include "app/job/stages.hpp"
+#include "app/terminal/counted.hpp"
+#include "app/terminal/decimals.hpp"
 #include "core/diagnose/diagnose.hpp"
 #include "core/judge/before_after.hpp"
 #include "core/judge/deviation.hpp"
@@ -204,10 +206,11 @@ void judge(const std::vector<Trial>& trials, std::size_t picked, const Campaign&
   for (const auto& [name, share] : left) {
     depends += fmt::format("{}{} ({:.0f} %)", depends.empty() ? "" : ", ", name, 100 * share);
   }
-  out.words.push_back(fmt::format(
-      "picked {}: held-out mean {:.4f} mm over {} readings; what it leaves goes with {}",
-      trials[picked].candidate.name, mean_mm, rows.size(),
-      depends.empty() ? "nothing that the readings record" : depends));
+  out.words.push_back(
+      fmt::format("picked {}: held-out mean {} mm over {}; what it leaves goes with {}",
+                  trials[picked].candidate.name, terminal::figure_text(mean_mm),
+                  terminal::counted(rows.size(), "reading"),
+                  depends.empty() ? "nothing that the readings record" : depends));
   out.words.push_back(
       "rule: the least held-out mean, or the simplest (topmost) method whose 95 % "
       "interval of the paired difference to it holds zero");

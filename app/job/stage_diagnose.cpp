@@ -7,6 +7,7 @@
 #include "app/job/diagnosis_json.hpp"
 #include "app/job/model_chain.hpp"
 #include "app/job/stages.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/plane/extent.hpp"
 #include "core/units.hpp"
 
@@ -87,10 +88,10 @@ std::vector<std::string> notes_on(const Campaign& campaign) {
   for (const auto& [epoch, n] : of_epoch) {
     if (of_epoch.size() < 2 || n > 2 * kOwnOfAnEpoch) continue;
     notes.push_back(
-        fmt::format("epoch {} has {} readings to identify from: they tell little beyond its own "
+        fmt::format("epoch {} has {} to identify from: they tell little beyond its own "
                     "joint zeros and "
                     "frame",
-                    epoch, n));
+                    epoch, terminal::counted(n, "reading")));
   }
   return notes;
 }

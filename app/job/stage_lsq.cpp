@@ -4,6 +4,7 @@
 
 #include "app/job/identification.hpp"
 #include "app/job/stages.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/calibrate/lsq.hpp"
 #include "core/calibrate/simulation.hpp"
 #include "core/measure/noise.hpp"
@@ -64,9 +65,9 @@ void mark_dropped(const LsqResult& result, Json& details) {
 void add_round_words(const LsqResult& result, std::vector<std::string>& words) {
   for (std::size_t k = 0; k + 1 < result.rounds.size(); ++k) {
     const LsqRound& next = result.rounds[k + 1];
-    words.push_back(fmt::format("round {}: dropped as small {}; {} columns of rank {} are left",
-                                k + 1, fmt::join(result.rounds[k].dropped, ", "), next.columns,
-                                next.rank));
+    words.push_back(fmt::format("round {}: dropped as small {}; left: {} of rank {}", k + 1,
+                                fmt::join(result.rounds[k].dropped, ", "),
+                                terminal::counted(next.columns, "column"), next.rank));
   }
 }
 
@@ -89,9 +90,10 @@ std::string simulation_words(const Correction& correction, const Machine& machin
                              const std::vector<Reading>& rows) {
   const SimulationScore s = simulation_score(simulated_errors(correction, machine, rows));
   return fmt::format(
-      "forward kinematics with these values against the {} fitted readings: mean position error "
+      "forward kinematics with these values against {}: mean position error "
       "{:.4f} mm measured, {:.4f} mm simulated; their difference {:.4f} mm",
-      s.left.n, s.measured.mean, s.simulated.mean, s.left.mean);
+      terminal::counted(s.left.n, "fitted reading"), s.measured.mean, s.simulated.mean,
+      s.left.mean);
 }
 
 /// The identified robot; with the shifts of its later epochs where it has any.

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "app/job/stages.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/judge/deviation.hpp"
 
 namespace trammel::job {
@@ -89,11 +90,11 @@ StageResult run_idw(const Campaign& campaign, const Json& p) {
                  {"places", map.x_mm.size()},
                  {"power", options.power},
                  {"neighbours", options.neighbours}};
-  out.words.push_back(
-      fmt::format("{} readings in {} places; in-sample errors are {}, and say nothing of the map "
-                  "between them",
-                  samples.size(), map.x_mm.size(),
-                  each_alone ? "zero by construction" : "the scatter in each place"));
+  out.words.push_back(fmt::format(
+      "{} in {}; in-sample errors are {}, and say nothing of the map "
+      "between them",
+      terminal::counted(samples.size(), "reading"), terminal::counted(map.x_mm.size(), "place"),
+      each_alone ? "zero by construction" : "the scatter in each place"));
   return out;
 }
 

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "app/files/numbers.hpp"
 #include "app/job/by_axis.hpp"
 #include "app/job/held_out.hpp"
 #include "app/job/identification.hpp"
 #include "app/job/stages.hpp"
+#include "app/terminal/counted.hpp"
+#include "app/terminal/decimals.hpp"
 #include "core/calibrate/absorption.hpp"
 #include "core/calibrate/geometry_fit.hpp"
 #include "core/calibrate/identifiability.hpp"
@@ -100,8 +103,10 @@ std::string shift_words(const HalvesTest& test) {
     for (const HalfShift& s : test.shifts) {
       if (s.single != single || told == kShiftsTold) continue;
       const Json json = shift_json(s);
-      text += fmt::format("{}{} by {:+.4f} +- {:.4f}{}", told++ == 0 ? "" : ", ", s.name,
-                          json["shift"].get<double>(), json["standard_uncertainty"].get<double>(),
+      const double u = json["standard_uncertainty"];
+      const int decimals = terminal::decimals_of(u);
+      text += fmt::format("{}{} by {:+.{}f} +- {:.{}f}{}", told++ == 0 ? "" : ", ", s.name,
+                          rounded(json["shift"].get<double>(), decimals), decimals, u, decimals,
                           !s.single || s.unit == "1" ? "" : " " + s.unit);
     }
   }
@@ -120,8 +125,8 @@ void halves(const GeometryFit& fit, const std::vector<Reading>& rows, StageResul
     return;
   }
   const std::string rate =
-      fmt::format("family-wise false alarm {:g} % over {} parameters and combinations",
-                  100 * test.false_alarm, test.in_time.tests);
+      fmt::format("family-wise false alarm {:g} % over {} of parameters and combinations",
+                  100 * test.false_alarm, terminal::counted(test.in_time.tests, "test"));
   const bool in_time = !test.in_time.shifts.empty();
   const bool control = !test.interleaved.shifts.empty();
   if (in_time) {
@@ -165,9 +170,10 @@ void outliers(const GeometryFit& judged, const std::vector<Reading>& rows, bool 
     named += fmt::format(" and {} more", found.size() - kOutliersTold);
   }
   out.words.push_back(fmt::format(
-      "{} of {} readings do not belong to the rest: {} (family-wise false alarm {:g} %); none is "
+      "{} of {} {} not belong to the rest: {} (family-wise false alarm {:g} %); none is "
       "dropped, {}",
-      found.size(), rows.size(), named, 100 * kFalseOutlying,
+      found.size(), terminal::counted(rows.size(), "reading"), found.size() == 1 ? "does" : "do",
+      named, 100 * kFalseOutlying,
       robust ? "they count less"
              : "they count in full: --robust lets them count less, `trammel "
                "reading exclude` leaves them out"));
@@ -250,9 +256,9 @@ GeometryFit fit(const Campaign& campaign, const Json& parameters, StageResult& o
   const bool bent = !bad.empty() || (!robust && !found.goodness.explained);
   outliers(bent ? fit_of_most(start, rows, bad, noise.sigma, options) : result, rows, robust, out);
   if (result.status != GeometryFit::Status::converged) {
-    out.words.push_back(fmt::format(
-        "warning: the fit did not converge in {} steps: judge it by held-out figures alone",
-        result.iterations));
+    out.words.push_back(
+        fmt::format("warning: the fit did not converge in {}: judge it by held-out figures alone",
+                    terminal::counted(result.iterations, "step")));
   }
   return result;
 }
@@ -321,9 +327,10 @@ bool map_helps(const Campaign& campaign, const Json& parameters, const std::vect
                           {"held_out_mean_without_mm", summarise(without).mean},
                           {"held_out_mean_with_mm", summarise(with).mean}};
     out.words.push_back(fmt::format(
-        "{} spatial blocks held out in turn: mean {:.4f} mm with the model alone, {:.4f} mm with "
+        "{} spatial blocks held out in turn: mean {} mm with the model alone, {} mm with "
         "the map: {}",
-        kBlocks, summarise(without).mean, summarise(with).mean,
+        kBlocks, terminal::figure_text(summarise(without).mean),
+        terminal::figure_text(summarise(with).mean),
         helps ? "the map helps, and is used"
               : "the map does not help beyond chance, and is left out"));
     return helps;
@@ -357,8 +364,8 @@ StageResult run_hybrid(const Campaign& campaign, const Json& parameters) {
   for (std::size_t i = 0; i < n_drives(campaign); ++i) {
     const GpJoint& j = left.joints[i];
     out.words.push_back(fmt::format(
-        "left for the map on joint {}: {:.4f} mm over {:.0f} mm, beside noise of {:.4f} mm", i + 1,
-        j.signal_mm, j.length_mm, j.noise_mm));
+        "left for the map on joint {}: {} mm over {:.0f} mm, beside noise of {} mm", i + 1,
+        terminal::figure_text(j.signal_mm), j.length_mm, terminal::figure_text(j.noise_mm)));
   }
   const bool used = parameters["map"] == "always" || map_helps(campaign, parameters, rows, out);
   if (used) {
@@ -389,8 +396,8 @@ StageResult run_gp(const Campaign& campaign, const Json& parameters) {
                                      {"signal_mm", j.signal_mm},
                                      {"noise_mm", j.noise_mm}});
     out.words.push_back(fmt::format(
-        "joint {}: errors of {:.4f} mm over {:.0f} mm, and {:.4f} mm that no place explains", i + 1,
-        j.signal_mm, j.length_mm, j.noise_mm));
+        "joint {}: errors of {} mm over {:.0f} mm, and {} mm that no place explains", i + 1,
+        terminal::figure_text(j.signal_mm), j.length_mm, terminal::figure_text(j.noise_mm)));
   }
   return out;
 }

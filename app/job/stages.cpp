@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/files/numbers.hpp"
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/epochs.hpp"
 #include "core/units.hpp"
@@ -109,11 +110,12 @@ MapRows map_rows(const Campaign& campaign, const Json& parameters, StageResult& 
   for (const auto& [epoch, shift] : found.shifts) {
     const Pose& f = shift.frame;
     const Displacements& l = shift.l_zero_mm;
-    out.words.push_back(
-        fmt::format("epoch {}: frame {:+.4f}, {:+.4f} mm and {:+.4f} deg, joint zeros {:+.4f}, "
-                    "{:+.4f}, {:+.4f} "
-                    "mm from the first epoch, taken out before the map was made",
-                    epoch, f.x_mm, f.y_mm, deg_from_rad(f.phi_rad), l[0], l[1], l[2]));
+    out.words.push_back(fmt::format(
+        "epoch {}: frame {:+.4f}, {:+.4f} mm and {:+.4f} deg, joint zeros {:+.4f}, "
+        "{:+.4f}, {:+.4f} "
+        "mm from the first epoch, taken out before the map was made",
+        epoch, rounded(f.x_mm, 4), rounded(f.y_mm, 4), rounded(deg_from_rad(f.phi_rad), 4),
+        rounded(l[0], 4), rounded(l[1], 4), rounded(l[2], 4)));
   }
   return found;
 }

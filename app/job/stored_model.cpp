@@ -6,6 +6,7 @@
 
 #include "app/files/numbers.hpp"
 #include "app/job/run.hpp"
+#include "app/terminal/text.hpp"
 #include "core/units.hpp"
 
 namespace trammel::job {
@@ -117,8 +118,9 @@ RobotModel robot_of(const store::Model& row) {
        .where = {.field = "version"},
        .got = text,
        .expected = all.empty() ? "none is stored yet" : fmt::format("1 to {}, or last", all.size()),
-       .hint = all.empty() ? "trammel diagnose " + campaign + " makes the first"
-                           : "trammel model list " + campaign});
+       .hint = all.empty()
+                   ? "`trammel diagnose " + terminal::shell_word(campaign) + "` makes the first"
+                   : "see `trammel model list " + terminal::shell_word(campaign) + "`"});
 }
 
 std::string joined(const std::vector<std::string>& words) {
@@ -232,7 +234,8 @@ store::Id find_compensation(store::Connection& connection, const std::string& ca
        .where = {.field = "--compensate"},
        .got = text,
        .expected = "the last version of a diagnosis",
-       .hint = "trammel calibrate geometry " + campaign + " --effects NAME,… makes a job of it"});
+       .hint = "`trammel calibrate geometry " + terminal::shell_word(campaign) +
+               " --effects NAME,…` makes a job of it"});
 }
 
 }  // namespace trammel::job

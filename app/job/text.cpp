@@ -8,6 +8,7 @@
 #include "app/job/contest_text.hpp"
 #include "app/job/identification.hpp"
 #include "app/job/run.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/statistics/summary.hpp"
 
 namespace trammel::job {
@@ -143,8 +144,9 @@ std::string job_text(const store::Job& job, const store::CampaignRow& campaign) 
   const Json result = Json::parse(job.data.result_json);
   const std::string name = job.id == 0 ? "not stored" : fmt::format("job {}", job.id);
   std::string text = fmt::format(
-      "{}: {} {} of {} readings of {}{}, key {}\n", name, job.data.stage, job.data.parameters_json,
-      job.data.n_readings, campaign_title(campaign.name, campaign.simulated),
+      "{}: {} {} of {} of {}{}, key {}\n", name, job.data.stage, job.data.parameters_json,
+      terminal::counted(job.data.n_readings, "reading"),
+      campaign_title(campaign.name, campaign.simulated),
       job.run > 1 ? fmt::format(", run {}", job.run) : "", job.data.key.key.substr(0, 12));
   const Json details = result.value("details", Json::object());
   text += contest_table(details, result.value("timing", Json::object()));

@@ -22,6 +22,7 @@
 #include "app/report/print.hpp"
 #include "app/report/tolerance.hpp"
 #include "app/terminal/counted.hpp"
+#include "app/terminal/text.hpp"
 
 namespace trammel::protocol {
 
@@ -87,7 +88,9 @@ std::string record_of_suggested(const session::Request& request, const std::stri
   return fmt::format(
       "the points are suggested by now: `trammel plan create next-points --campaign {} --out "
       "next.json`, `trammel plan check next.json --mechanism {} --record {}`, then again",
-      request.campaign, request.stage.substr(request.stage.find(':') + 1), record);
+      terminal::shell_word(request.campaign),
+      terminal::shell_word(request.stage.substr(request.stage.find(':') + 1)),
+      terminal::shell_word(record));
 }
 
 StepOutcome outcome_of(const std::string& name, const session::Outcome& outcome) {
@@ -96,8 +99,8 @@ StepOutcome outcome_of(const std::string& name, const session::Outcome& outcome)
           .done_before = outcome.n_stored == 0 && outcome.n_before == outcome.n_points,
           .detail = outcome.exit_code() == ExitCode::ok
                         ? terminal::counted(outcome.n_points, "point")
-                        : fmt::format("{} of {} points: {}", outcome.n_before + outcome.n_stored,
-                                      outcome.n_points, outcome.detail),
+                        : fmt::format("{} of {}: {}", outcome.n_before + outcome.n_stored,
+                                      terminal::counted(outcome.n_points, "point"), outcome.detail),
           .violations = outcome.violations,
           .missing = outcome.missing,
           .estimated_s = outcome.estimated_s,
@@ -257,8 +260,8 @@ StepOutcome look_at(const Look& look, const std::string& name, const MeasureStep
     const auto session = stored_session(look.connection, look.protocol, name);
     if (!session) return outcome;
     outcome.done_before = is_done(session);
-    outcome.detail = fmt::format("{} of {} points to measure", session->n_points - session->n_ok,
-                                 session->n_points);
+    outcome.detail = fmt::format("{} of {} to measure", session->n_points - session->n_ok,
+                                 terminal::counted(session->n_points, "point"));
     return outcome;
   }
   StepOutcome outcome = look.checked.at(name);
@@ -266,7 +269,8 @@ StepOutcome look_at(const Look& look, const std::string& name, const MeasureStep
   if (!session) return outcome;
   const int left = session->n_points - session->n_ok;
   outcome.done_before = is_done(session);
-  outcome.detail = fmt::format("{} of {} points to measure", left, session->n_points);
+  outcome.detail =
+      fmt::format("{} of {} to measure", left, terminal::counted(session->n_points, "point"));
   outcome.estimated_s *= static_cast<double>(left) / std::max(1, session->n_points);
   return outcome;
 }
@@ -371,8 +375,10 @@ std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& req
     steps.push_back(outcome_of(step.name, outcome));
     StepOutcome& last = steps.back();
     last.detail = outcome.violations.empty()
-                      ? fmt::format("{0} of {0} points to measure", outcome.n_points)
-                      : fmt::format("0 of {} points: {}", outcome.n_points, outcome.detail);
+                      ? fmt::format("{} of {} to measure", outcome.n_points,
+                                    terminal::counted(outcome.n_points, "point"))
+                      : fmt::format("0 of {}: {}", terminal::counted(outcome.n_points, "point"),
+                                    outcome.detail);
     last.done_before = false;
     if (!outcome.missing.empty() && !recorded) {
       last.missing = {measure->plan_check.empty()

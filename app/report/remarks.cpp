@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/terminal/counted.hpp"
 #include "core/statistics/interval.hpp"
 #include "store/session.hpp"
 
@@ -58,7 +59,8 @@ std::vector<std::string> remarks_on(const Report& report) {
   for (const SessionRow& s : report.sessions) {
     if (s.n_done == 0 || s.n_done >= s.n_points || s.plan == store::kReferencePlan) continue;
     remarks.push_back(
-        fmt::format("session {} has measured {} of {} points: {}.", s.name, s.n_done, s.n_points,
+        fmt::format("session {} has measured {} of {}: {}.", s.name, s.n_done,
+                    terminal::counted(s.n_points, "point"),
                     s.counts ? "its figures are of these alone"
                              : "no figure is made of it, the last complete session stands"));
   }

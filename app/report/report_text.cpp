@@ -9,6 +9,7 @@
 #include "app/report/methods.hpp"
 #include "app/report/print.hpp"
 #include "app/report/simulation.hpp"
+#include "app/terminal/counted.hpp"
 #include "app/terminal/lines.hpp"
 #include "app/terminal/text.hpp"
 #include "core/statistics/interval.hpp"
@@ -276,10 +277,12 @@ std::string origin_text(const Report& report) {
   std::size_t width = 0;
   for (const SessionRow& s : report.sessions) width = std::max(width, printable(s.name).size());
   for (const SessionRow& s : report.sessions) {
-    text += fmt::format(
-        "session {:<{}} {:>4} readings  {:<16} {}{}\n", printable(s.name), width, s.n_readings,
-        printable(s.plan), s.compensation.empty() ? "baseline" : "after " + s.compensation,
-        s.n_done < s.n_points ? fmt::format(", {} of {} points", s.n_done, s.n_points) : "");
+    text += fmt::format("session {:<{}} {:>13}  {:<16} {}{}\n", printable(s.name), width,
+                        terminal::counted(s.n_readings, "reading"), printable(s.plan),
+                        s.compensation.empty() ? "baseline" : "after " + s.compensation,
+                        s.n_done < s.n_points ? fmt::format(", {} of {}", s.n_done,
+                                                            terminal::counted(s.n_points, "point"))
+                                              : "");
   }
   for (const JobRow& j : report.jobs) {
     text += fmt::format("job {:>3} {:<24} {}\n", j.id, j.stage, j.key.substr(0, 16));
@@ -379,16 +382,16 @@ std::string verdict(const Report& report) {
   }
   if (best->standing == Standing::unknown_epoch) {
     return fmt::format(
-        "{} readings, and none that judges {}: {} measured in an epoch that it knows nothing of.",
-        report.n_readings, method_words(best->method),
+        "{}, and none that judges {}: {} measured in an epoch that it knows nothing of.",
+        terminal::counted(report.n_readings, "reading"), method_words(best->method),
         points_in_words(best->before.n) + (best->before.n == 1 ? " was" : " were"));
   }
   if (best->before.mean == 0) {
     return fmt::format(
-        "{} readings, and {} of them are exactly their targets before any correction: were "
+        "{}, and {} of them are exactly their targets before any correction: were "
         "nominals "
         "exported? They judge nothing.",
-        report.n_readings, best->before.n);
+        terminal::counted(report.n_readings, "reading"), best->before.n);
   }
   std::vector<double> before, after;
   for (const PointError& p : best->points) {

@@ -4,6 +4,7 @@
 
 #include "app/device/open.hpp"
 #include "app/session/settings.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/units.hpp"
 #include "store/job.hpp"
 
@@ -39,8 +40,9 @@ void require_same_plan(store::Connection& connection, const store::SessionRow& s
   const std::string other = "its plan is another";
   const auto points = store::points(connection, stored.id);
   if (points.size() != plan.points.size()) {
-    refuse(stored, other, fmt::format("{} of {} points", stored.plan_name, points.size()),
-           fmt::format("{} of {} points", plan.name, plan.points.size()));
+    refuse(stored, other,
+           fmt::format("{} of {}", stored.plan_name, terminal::counted(points.size(), "point")),
+           fmt::format("{} of {}", plan.name, terminal::counted(plan.points.size(), "point")));
   }
   for (std::size_t k = 0; k < points.size(); ++k) {
     const store::Point& p = points[k];

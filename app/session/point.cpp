@@ -9,6 +9,7 @@
 
 #include "app/session/runner.hpp"
 #include "app/session/side_file.hpp"
+#include "app/terminal/text.hpp"
 #include "core/measure/gross.hpp"
 #include "core/mechanism/inverse.hpp"
 #include "core/units.hpp"
@@ -286,7 +287,8 @@ int Runner::commit(const Task& task, store::Id attempt, const store::NewReading&
                         .reading = reading});
       text.hint += fmt::format(
           "{}the reading of point {} is kept in {}: `trammel session recover {}` takes it in",
-          text.hint.empty() ? "" : "; ", task.seq, file.string(), course_.campaign.name);
+          text.hint.empty() ? "" : "; ", task.seq, file.string(),
+          terminal::shell_word(course_.campaign.name));
     } catch (const StoreError& second) {
       text.what += fmt::format("; the reading of point {} could not be kept aside either ({})",
                                task.seq, second.what());

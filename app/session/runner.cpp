@@ -172,8 +172,8 @@ Outcome Runner::walk_on(bool resuming, bool new_set_up) {
 }
 
 void Runner::measure_open(bool resuming) {
-  std::string begins = fmt::format("epoch {}, {} of {} points left", epoch_.number, open_.size(),
-                                   course_.plan.points.size());
+  std::string begins = fmt::format("epoch {}, {} of {} left", epoch_.number, open_.size(),
+                                   terminal::counted(course_.plan.points.size(), "point"));
   if (devices_->watch_host_s) begins += "; " + device::watch_text(*devices_->watch_host_s);
   note(resuming ? "resumed" : "started", begins);
   for (const PlannedPoint& point : open_) {
@@ -238,7 +238,8 @@ void Runner::count() {
   const int n_ok = found_by_name();
   const int n_points = static_cast<int>(course_.plan.points.size());
   if (n_ok != n_points) {
-    return fail(fmt::format("{} of {} points are stored", n_ok, n_points), ExitCode::storage);
+    return fail(fmt::format("{} of {} stored", n_ok, terminal::counted(n_points, "point")),
+                ExitCode::storage);
   }
   advance(Event::counted);
   const int n_excluded = n_ok - static_cast<int>(measured_.size());

@@ -14,6 +14,7 @@
 #include "app/session/settings.hpp"
 #include "app/session/side_file.hpp"
 #include "app/terminal/counted.hpp"
+#include "app/terminal/text.hpp"
 #include "core/measure/screen.hpp"
 #include "core/mechanism/machine.hpp"
 #include "store/campaign.hpp"
@@ -128,10 +129,11 @@ Course stored_course(store::Connection& connection, const store::CampaignRow& ca
   course.campaign = campaign;
   const auto row = store::find_session(connection, campaign.id, session);
   if (!row) {
-    throw NotFoundError({.what = "the campaign has no such session",
-                         .where = {.field = "session"},
-                         .got = session,
-                         .hint = "see `trammel session status " + campaign.name + "`"});
+    throw NotFoundError(
+        {.what = "the campaign has no such session",
+         .where = {.field = "session"},
+         .got = session,
+         .hint = "see `trammel session status " + terminal::shell_word(campaign.name) + "`"});
   }
   if (!has_settings(row->settings_json)) {
     throw InputError({.what = "this session was not measured by a plan and cannot be resumed",
@@ -206,7 +208,7 @@ void take_in(store::Connection& connection, const store::CampaignRow& campaign) 
   if (recovery.problems.empty()) return;
   throw InputError({.what = "a reading that was kept aside cannot be taken in",
                     .got = recovery.problems.front(),
-                    .hint = "see `trammel session recover " + campaign.name +
+                    .hint = "see `trammel session recover " + terminal::shell_word(campaign.name) +
                             "`; move the file away to go on without it"});
 }
 
@@ -259,7 +261,8 @@ void note_jump(store::Connection& connection, store::Id session, const Start& st
 /// Nothing is measured on top of readings that the screen refuses.
 void require_sound_before(store::Connection& connection, const store::CampaignRow& campaign) {
   const CampaignFile stored = stored_campaign(connection, campaign);
-  require_sound(stored.campaign, screened(stored), "see `trammel campaign check " + campaign.name + "`");
+  require_sound(stored.campaign, screened(stored),
+                "see `trammel campaign check " + terminal::shell_word(campaign.name) + "`");
 }
 
 /// The stored plan, on the stage as it is now.

@@ -6,6 +6,7 @@
 
 #include "app/files/numbers.hpp"
 #include "app/session/settings.hpp"
+#include "app/terminal/text.hpp"
 #include "core/units.hpp"
 #include "store/clock.hpp"
 #include "store/session.hpp"
@@ -166,10 +167,11 @@ SessionStatus status_of(store::Connection& connection, const store::CampaignRow&
                         const std::string& now_utc) {
   const auto row = store::find_session(connection, campaign.id, session);
   if (!row) {
-    throw NotFoundError({.what = "the campaign has no such session",
-                         .where = {.field = "session"},
-                         .got = session,
-                         .hint = "see `trammel session status " + campaign.name + "`"});
+    throw NotFoundError(
+        {.what = "the campaign has no such session",
+         .where = {.field = "session"},
+         .got = session,
+         .hint = "see `trammel session status " + terminal::shell_word(campaign.name) + "`"});
   }
   SessionStatus status;
   status.campaign = campaign.name;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/files/numbers.hpp"
 #include "app/session/status.hpp"
 #include "app/terminal/progress.hpp"
 #include "app/terminal/text.hpp"
@@ -77,15 +78,17 @@ std::string status_text(const SessionStatus& s, int width) {
   const std::size_t from = s.last.size() - std::min(s.last.size(), kShown);
   for (std::size_t k = from; k < s.last.size(); ++k) {
     const auto& d = s.last[k];
-    text += fmt::format("  point {:<8} {:>10.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point, d.x_mm,
-                        d.y_mm, d.phi_deg, d.position_mm);
+    text +=
+        fmt::format("  point {:<8} {:>10.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point,
+                    rounded(d.x_mm, 4), rounded(d.y_mm, 4), rounded(d.phi_deg, 4), d.position_mm);
   }
   if (!s.drift.empty()) text += "reference points     dx mm      dy mm   dphi deg    |d| mm\n";
   const std::size_t first = s.drift.size() - std::min(s.drift.size(), kShown);
   for (std::size_t k = first; k < s.drift.size(); ++k) {
     const auto& d = s.drift[k];
-    text += fmt::format("  {:<5} epoch {:<3} {:>9.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point,
-                        d.epoch, d.x_mm, d.y_mm, d.phi_deg, d.position_mm);
+    text +=
+        fmt::format("  {:<5} epoch {:<3} {:>9.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point, d.epoch,
+                    rounded(d.x_mm, 4), rounded(d.y_mm, 4), rounded(d.phi_deg, 4), d.position_mm);
   }
   return text + base_nests(s);
 }

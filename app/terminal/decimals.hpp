@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 namespace trammel::terminal {
 
 /// Decimals of errors in mm or deg, in all tables and sentences for a person: four, a tenth of a
@@ -8,4 +10,8 @@ namespace trammel::terminal {
 /// Proof: text_test.cpp.
 int decimals_of(double least);
 
+/// One value to so many decimals as show two digits of it, four at least; never "-0.0000".
+std::string figure_text(double value);
+
 }  // namespace trammel::terminal
+#include "app/terminal/decimals.hpp"

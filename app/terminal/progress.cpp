@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "app/terminal/decimals.hpp"
 #include "app/terminal/text.hpp"
 
 namespace trammel::terminal {
@@ -35,7 +36,7 @@ std::string Progress::time_left() const {
 }
 
 void Progress::stored(double deviation_mm) {
-  reached(done_ + 1, fmt::format(", last deviation {:.4f} mm", deviation_mm));
+  reached(done_ + 1, fmt::format(", last deviation {} mm", figure_text(deviation_mm)));
 }
 
 void Progress::reached(int done, const std::string& note) {

@@ -83,7 +83,8 @@ void require_places(std::span<const JointSample> samples, std::size_t needed) {
   const std::size_t places = merge_places(samples).size();
   if (places >= needed) return;
   throw InputError({.what = "a map of position cannot be made from these readings",
-                    .got = std::to_string(samples.size()) + " readings in " +
+                    .got = std::to_string(samples.size()) +
+                           (samples.size() == 1 ? " reading in " : " readings in ") +
                            std::to_string(places) + (places == 1 ? " place" : " places"),
                     .expected = "at least " + std::to_string(needed) + " different places",
                     .hint = "measure points spread over the workspace"});

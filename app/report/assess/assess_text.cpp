@@ -49,7 +49,8 @@ std::string symbols_text(const std::vector<IsoSymbol>& symbols) {
 constexpr double k95Radius = 2.4477;
 
 std::string visits(int least, int most) {
-  return least == most ? fmt::format("n = {}", most) : fmt::format("n = {} to {}", least, most);
+  return (least == most ? fmt::format("n = {}", most) : fmt::format("n = {} to {}", least, most)) +
+         (most == 1 ? " visit" : " visits");
 }
 
 /// Target by target where the standard's figures are refused: they need none of its conditions.
@@ -76,7 +77,7 @@ std::string session_text(const Session& s, int decimals) {
                   : s.compensation.empty() ? "baseline"
                                            : "compensated by " + s.compensation);
   text += fmt::format(
-      "  mean positional deviation {0:.{5}f} mm, {1} visits a pose (95 %: {2:.{5}f}, max "
+      "  mean positional deviation {0:.{5}f} mm, {1} a pose (95 %: {2:.{5}f}, max "
       "{3:.{5}f}){4}\n",
       s.position_mm.mean, visits(s.poses.least_n, s.poses.most_n), s.position_mm.p95,
       s.position_mm.max,
@@ -85,14 +86,14 @@ std::string session_text(const Session& s, int decimals) {
           : fmt::format("; attitude {:.4f} deg", deg_from_rad(s.attitude_rad.mean)),
       decimals);
   if (!s.verdict.empty()) text += "  " + s.verdict + "\n";
-  text += fmt::format("  ISO 9283, {} poses (with direction and set-up), largest of all:\n",
-                      s.poses.n_poses);
+  text += fmt::format("  ISO 9283, {} (with direction and set-up), largest of all:\n",
+                      terminal::counted(s.poses.n_poses, "pose"));
   text += symbols_text(s.poses.symbols);
   for (const Iso230& rail : s.rails) {
-    text += rail.rail == 0
-                ? "  ISO 230-2:\n"
-                : fmt::format("  ISO 230-2, {} {}: {} targets over {:.1f} mm, {} runs:\n", s.drive,
-                              rail.rail, rail.n_targets, rail.travel_mm, rail.least_runs);
+    text += rail.rail == 0 ? "  ISO 230-2:\n"
+                           : fmt::format("  ISO 230-2, {} {}: {} over {:.1f} mm, {}:\n", s.drive,
+                                         rail.rail, terminal::counted(rail.n_targets, "target"),
+                                         rail.travel_mm, terminal::counted(rail.least_runs, "run"));
     text += symbols_text(rail.symbols);
     text += reversals_text(rail);
   }

@@ -13,6 +13,7 @@
 #include "app/report/job_uncertainty.hpp"
 #include "app/report/methods.hpp"
 #include "app/terminal/counted.hpp"
+#include "app/terminal/text.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/judge/floor.hpp"
 #include "core/judge/range.hpp"
@@ -193,9 +194,9 @@ void warn(const Pairs& pairs, const FittedRange& range, std::vector<std::string>
   }
   std::vector<Pose> targets;
   for (const Reading* r : pairs.before) targets.push_back(r->target);
-  std::ranges::move(
-      job::extrapolation_words(range, targets, fmt::format("points of {} ({})", j.session, j.set)),
-      std::back_inserter(warnings));
+  std::ranges::move(job::extrapolation_words(range, targets, "point",
+                                             fmt::format(" of {} ({})", j.session, j.set)),
+                    std::back_inserter(warnings));
 }
 
 /// The budget; and what of it U and the intervals of the improvement lack.
@@ -220,10 +221,11 @@ JobAssessment assessed_job(store::Connection& connection, const store::CampaignR
                            const report::Measured& measured, const std::string& session,
                            const store::Job& job, const Noise& noise) {
   if (job.data.campaign_id != campaign.id) {
-    throw InputError({.what = "the job is of another campaign",
-                      .got = fmt::format("job {}", job.id),
-                      .expected = "a job of " + campaign.name,
-                      .hint = "trammel job list " + campaign.name});
+    throw InputError(
+        {.what = "the job is of another campaign",
+         .got = fmt::format("job {}", job.id),
+         .expected = "a job of " + campaign.name,
+         .hint = "see `trammel job list " + terminal::shell_word(campaign.name) + "`"});
   }
   std::vector<report::Group> groups = report::baseline_groups(measured);
   std::erase_if(groups, [&session](const report::Group& g) {

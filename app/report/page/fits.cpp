@@ -6,6 +6,7 @@
 
 #include "app/job/correction_json.hpp"
 #include "app/report/page/source.hpp"
+#include "app/terminal/counted.hpp"
 #include "core/calibrate/joint_error.hpp"
 #include "core/calibrate/simulation.hpp"
 #include "core/measure/noise.hpp"
@@ -99,12 +100,14 @@ Json network_figure(const Source& source) {
     Json sets = Json::array({network_set(source, *map, seen, "in-sample")});
     if (!unseen.empty()) sets.push_back(network_set(source, *map, unseen, "held-out"));
     const NetworkFit& fit = *source.report.network;
-    return figure({"network", title,
-                   fmt::format("Joint errors [mm] as measured and as the network gives them: {} "
-                               "places it learned (in-sample), {} readings it has not seen "
-                               "(held-out). {} neurons; in-sample MAE {:.4f} mm, MSE {:.6f} mm^2.",
-                               fit.n, unseen.size(), fit.neurons, fit.mae_mm, fit.mse_mm2)},
-                  "network", {{"sets", sets}});
+    return figure(
+        {"network", title,
+         fmt::format("Joint errors [mm] as measured and as the network gives them: {} "
+                     "it learned (in-sample), {} it has not seen "
+                     "(held-out). {}; in-sample MAE {:.4f} mm, MSE {:.6f} mm^2.",
+                     terminal::counted(fit.n, "place"), terminal::counted(unseen.size(), "reading"),
+                     terminal::counted(fit.neurons, "neuron"), fit.mae_mm, fit.mse_mm2)},
+        "network", {{"sets", sets}});
   } catch (const InputError& error) {
     return absent("network", title, error.what());
   }
@@ -135,16 +138,15 @@ Json simulated_figure(const Source& source, const Comparison& c) {
     if (source.measured.campaign.machine.measured[static_cast<std::size_t>(k)]) axes.push_back(k);
   }
   const auto& floor = source.report.floor_mean_mm;
-  return figure(
-      {id, title,
-       fmt::format("{} readings before any compensation, {}. Each coordinate of the error "
-                   "as the tracker read it and as the robot of this fit shows it{}.",
-                   measured.size(), name_of(c.standing),
-                   floor ? fmt::format("; sigma per coordinate {:.{}f} mm",
-                                       noise_level(source.measured.campaign).sigma.xy_mm,
-                                       decimals(source, Figure::position_mm))
-                         : "")},
-      "simulated", {{"axes", axes}, {"measured", measured}, {"simulated", simulation}});
+  return figure({id, title,
+                 fmt::format("{} before any compensation, {}. Each coordinate of the error "
+                             "as the tracker read it and as the robot of this fit shows it{}.",
+                             terminal::counted(measured.size(), "reading"), name_of(c.standing),
+                             floor ? fmt::format("; sigma per coordinate {:.{}f} mm",
+                                                 noise_level(source.measured.campaign).sigma.xy_mm,
+                                                 decimals(source, Figure::position_mm))
+                                   : "")},
+                "simulated", {{"axes", axes}, {"measured", measured}, {"simulated", simulation}});
 }
 
 Json fit_section(const Source& source) {

@@ -163,18 +163,17 @@ Json surface_figure(const Source& source, const Comparison& c, Figure figure) {
   const Field field = field_of(c);
   const auto surface = thin_plate(field.places, field.errors);
   if (!surface) return nullptr;  // the points lie on one line, which map_figure draws
-  return report::figure(
-      {id, title,
-       fmt::format("{}. Left and middle: before and after on one scale [{}]; right: after on its "
-                   "own [{}]. {}.",
-                   set_words(c), unit_of(figure), small_unit(figure),
-                   between("colour and height are"))},
-      "surfaces",
-      {{"unit", unit_of(figure)},
-       {"small_unit", small_unit(figure)},
-       {"max", drawn(largest_error(source, figure))},
-       {"max_after", drawn(largest_at(field, figure, 3))},
-       {"grid", grid_json(field, *surface, figure)}});
+  return report::figure({id, title,
+                         fmt::format("{}. Before and after on one scale [{}]; last: after on its "
+                                     "own [{}]. {}.",
+                                     set_words(c), unit_of(figure), small_unit(figure),
+                                     between("colour and height are"))},
+                        "surfaces",
+                        {{"unit", unit_of(figure)},
+                         {"small_unit", small_unit(figure)},
+                         {"max", drawn(largest_error(source, figure))},
+                         {"max_after", drawn(largest_at(field, figure, 3))},
+                         {"grid", grid_json(field, *surface, figure)}});
 }
 
 Json map_figure(const Source& source, const Comparison& c, const std::string& id,
@@ -191,9 +190,9 @@ Json map_figure(const Source& source, const Comparison& c, const std::string& id
   return report::figure(
       {id, title,
        fmt::format(
-           "{}. Arrows: from the target, {:g} times as long as the error, on the right {:g} "
-           "times. Colour: its length; left and middle in mm, one scale for all maps of "
-           "this page; right after on its own scale in um. {}.",
+           "{}. Arrows: from the target, {:g} times as long as the error, on the last map {:g} "
+           "times. Colour: its length; the first two in mm, one scale for all maps of "
+           "this page; the last on its own scale in um. {}.",
            set_words(c), factor, own_factor, between("colour is"))},
       "maps",
       {{"unit", unit_of(position)},

@@ -11,6 +11,7 @@
 #include "app/report/page/source.hpp"
 #include "app/report/print.hpp"
 #include "app/terminal/counted.hpp"
+#include "app/terminal/text.hpp"
 #include "core/judge/deviation.hpp"
 #include "core/mechanism/displacements.hpp"
 #include "core/units.hpp"
@@ -203,7 +204,9 @@ Json next_points(const Source& source, const store::Job& job, const Json& detail
 Json named_table(const Source& source) {
   const char* title = "Named effects";
   if (source.report.story.empty()) {
-    return absent("named", title, "No diagnosis was made: trammel diagnose CAMPAIGN.");
+    return absent("named", title,
+                  "No diagnosis was made: trammel diagnose " +
+                      terminal::shell_word(source.report.campaign) + ".");
   }
   const StoryRound& last = source.report.story.back();
   Json rows = Json::array();
@@ -217,8 +220,10 @@ Json named_table(const Source& source) {
                                   : fmt::format("{:.2g} : 1 for the named set", r.odds)}));
   }
   for (const auto& [name, probability] : last.may_also_hold) {
+    const bool named = std::ranges::count(last.effects, name, &EffectRow::name) > 0;
     rows.push_back(Json::array(
-        {name, "not named, may also hold", fmt::format("{:.0f} %", 100 * probability)}));
+        {name, named ? "further parameters of it may also hold" : "not named, may also hold",
+         fmt::format("{:.0f} %", 100 * probability)}));
   }
   if (rows.empty()) rows.push_back(Json::array({"none", "no effect was named", "-"}));
   return table({"named", fmt::format("{}; the diagnosis ends {}", title, last.verdict),

@@ -239,7 +239,7 @@ TEST_CASE("beyond what was fitted a compensation and a model warn, before anythi
   const Finished outside =
       run({"model", "predict", "drive-error", "last", "--pose", "10,20,0", "--pose", "120,0,30"});
   CHECK_THAT(outside.err,
-             Contains("1 of 2 poses lie outside") && Contains("1 of 2 poses are turned"));
+             Contains("1 of 2 poses lies outside") && Contains("1 of 2 poses is turned"));
   const Finished beyond =
       run({"model", "predict", "drive-error", "last", "--pose", "0,0,70", "--json"});
   CHECK(beyond.exit_code == 5);

@@ -81,6 +81,8 @@ TEST_CASE("a question about no table or view is answered with those there are", 
 TEST_CASE("numbers of 200 digits are refused, and no message repeats them", "[cli]") {
   const tests::TemporaryFolder folder;
   const std::string digits(200, '7');
+  REQUIRE(run_here({"campaign", "import", tests::kDriveError, "--db", "a.db"}, folder.path())
+              .exit_code == 0);
   folder.write("plan.json",
                R"({"schema": "trammel/plan/1", "name": "a", "points": [{"seq": 1, "x_mm": )" +
                    digits + R"(, "y_mm": 0}]})");
@@ -89,13 +91,28 @@ TEST_CASE("numbers of 200 digits are refused, and no message repeats them", "[cl
                                              {"plan", "create", "lattice", "--seed", digits},
                                              {"plan", "create", "lattice", "--step", digits + "x"},
                                              {"plan", "create", "circle", "--centre", digits, "0"},
-                                             {"plan", "show", "plan.json"}}) {
+                                             {"plan", "show", "plan.json"},
+                                             {"template", "machine", digits},
+                                             {"job", "show", digits, "--db", "a.db"},
+                                             {"campaign", "show", digits, "--db", "a.db"}}) {
     CAPTURE(words);
     const Finished refused = run_here(words, folder.path());
-    CHECK((refused.exit_code == 2 || refused.exit_code == 4));
+    CHECK((refused.exit_code >= 2 && refused.exit_code <= 4));
     CHECK(refused.out.empty());
     CHECK_THAT(refused.err, !Contains(digits));
   }
+}
+
+TEST_CASE("a name that is too long is refused as such: the database is sound", "[cli]") {
+  const tests::TemporaryFolder folder;
+  const std::string longest(200, 'n');
+  const auto import = [&folder](const std::string& name) {
+    return run_here({"campaign", "import", tests::kDriveError, "--name", name}, folder.path());
+  };
+  CHECK(import(longest).exit_code == 0);
+  const Finished refused = import(longest + "n");
+  CHECK(refused.exit_code == 4);
+  CHECK_THAT(refused.err, Contains("1 to 200 characters") && !Contains("SQL"));
 }
 
 TEST_CASE("a real stage without a look at its plan is shown the line that records one", "[cli]") {
@@ -134,7 +151,8 @@ TEST_CASE("what a campaign does not have is looked for in it, not in the list of
   const Finished no_model =
       run({"model", "export", "drive-error", "--format", "linuxcnc", "--out", "cnc"});
   CHECK(no_model.exit_code == 3);
-  CHECK_THAT(no_model.err, Contains("--job 1` writes the correction of its calibration, idw"));
+  CHECK_THAT(no_model.err,
+             Contains("--job 1 --db a.db` writes the correction of its calibration, idw"));
 }
 
 TEST_CASE("on a terminal of 20 columns help and errors stand in lines that fit", "[cli][release]") {

@@ -186,7 +186,7 @@ TEST_CASE("job diff, why and verify say what differs, what made it stale, and wh
   const Answer text = run(folder, {"job", "diff", "1", "2"});
   CHECK_THAT(text.out, Contains("inputs that differ: exclusions, readings") &&
                            Contains("only job 2 leaves out seq 7: bumped") &&
-                           Contains("1 readings only in job 1") &&
+                           Contains("1 reading only in job 1") &&
                            !Contains("attitude_deg (held-out).before"));
   const auto diff = run(folder, {"job", "diff", "1", "2", "--json"}).json();
   CHECK(diff["parameters"].empty());

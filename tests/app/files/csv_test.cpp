@@ -64,6 +64,10 @@ TEST_CASE("tables as people have them are read where they have one reading", "[e
            "\xEF\xBB\xBF\"a\";\"b\"\r\n\"1,5\" ; 2\r\n",
            "a,b,,\n1.5,2,,\n",  // separators behind the last column
            "sep=;\r\na;b\r\n1,5;2\r\n",
+           "SEP=;\r\na;b\r\n1,5;2\r\n\r\n",
+           "\xEF\xBB\xBF\"Sep=;\" \na;b\n1,5;2\n",
+           "a,b\n\"1,5\",2\n",  // a decimal comma in quotes, where commas separate
+           "a,b\n\"1,5\",\"2\"\n,\n\n",
            "# made by a scale, in mm, \"raw\"\na,b\n#\n1.5,2\n# the end\n",
        }) {
     CAPTURE(text);
@@ -86,6 +90,16 @@ TEST_CASE("tables as people have them are read where they have one reading", "[e
     CAPTURE(text);
     CHECK_THROWS_WITH(parse_csv(text, "t.csv"), Contains(what));
   }
+}
+
+TEST_CASE(
+    "a comma in quotes stays one beside decimal points, and one column may end in empty lines",
+    "[exchange]") {
+  const CsvTable table = parse_csv("a,b\n\"1,234\",2.5\n", "t.csv");
+  CHECK(table.rows[0].cells[0].text == "1,234");  // thousands, text or a decimal: readers refuse it
+  const CsvTable column = parse_csv("a\n1\n\n2\n\n \n", "t.csv");
+  REQUIRE(column.rows.size() == 3);
+  CHECK(column.rows[1].cells[0].text.empty());
 }
 
 TEST_CASE("text that begins with # is no comment where it is a cell", "[exchange]") {

@@ -117,6 +117,12 @@ TEST_CASE("units are converted, and a stated unit is not overruled", "[points]")
 TEST_CASE("a decimal comma is read when it is asked for, and hinted at when not", "[points]") {
   CHECK(points_of("P5;-274,556;-3189,2;-248,1\n", {.decimal = ','}).rows[0].at_mm.x() == -274.556);
   CHECK_THROWS_WITH(points_of("P5;-274,556;-3189,2;-248,1\n"), Contains("comma the decimal sign"));
+  const std::string leica = "SEP=;\r\n\"X [mm]\";\"Y [mm]\";\"Z [mm]\"\r\n\"1,5\";2;3\r\n\r\n";
+  CHECK(points_of(leica, {.decimal = ','}).rows[0].at_mm.x() == 1.5);
+  CHECK_THROWS_WITH(points_of(leica), Contains("comma the decimal sign"));
+  CHECK(points_of("\"X [mm]\",Y [mm],Z [mm]\n\"1,5\",\"2,0\",3\n", {.decimal = ','})
+            .rows[0]
+            .at_mm.y() == 2);
 }
 
 TEST_CASE("what is no point is refused with file, line, column and field", "[points]") {

@@ -45,7 +45,7 @@ TEST_CASE("one visit a pose: the assessment gives a mean deviation, no ISO symbo
   for (const IsoSymbol& s : found.sessions[0].poses.symbols) CHECK_FALSE(s.value);
   for (const IsoSymbol& s : found.sessions[0].rails.at(0).symbols) CHECK_FALSE(s.value);
   const std::string text = assess::to_text(found);
-  CHECK_THAT(text, Contains("mean positional deviation") && Contains("n = 1 visits a pose"));
+  CHECK_THAT(text, Contains("mean positional deviation") && Contains("n = 1 visit a pose"));
   CHECK_THAT(text, Contains("refused: AP_p") && Contains("refused: B, Bm"));
   CHECK_THAT(text, Contains("um unexplained beyond the floor"));
   CHECK_THAT(text, Contains("before anyone certifies"));

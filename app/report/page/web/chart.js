@@ -98,16 +98,23 @@ export function panels(width, count, { least = 300, ratio = 1, left = 52, right 
     boxes.push({
       left: (k % columns) * cell + left,
       top: above + Math.floor(k / columns) * (height + top + bottom) + top,
-      width: inner, height,
+      width: inner, height, cell: { left: (k % columns) * cell, width: cell },
     });
   }
   return { boxes, columns, height: above + Math.ceil(count / columns) * (height + top + bottom) };
 }
 
-export const panelTitle = (box, words) => ({
-  text: words, left: box.left + box.width / 2, top: box.top - 20, textAlign: 'center',
-  textStyle: { ...text, fontWeight: 600, fontSize: 13 }, padding: 0,
-});
+// Over the panel's plot; words that are wider, over the whole panel, and no larger than it holds.
+export function panelTitle(box, words) {
+  const size = 13;
+  context.font = `600 ${size}px ${text.fontFamily}`;
+  const wide = context.measureText(words).width + 4;
+  const over = wide > box.width && box.cell ? box.cell : box;
+  return {
+    text: words, left: over.left + over.width / 2, top: box.top - 20, textAlign: 'center', padding: 0,
+    textStyle: { ...text, fontWeight: 600, fontSize: Math.min(size, Math.floor((size * over.width) / wide)) },
+  };
+}
 
 // A line without marks.
 export const polyline = (points, colour, lineWidth, more = {}) => ({

@@ -118,10 +118,13 @@ const kFirstScreen = `(() => {
 
 // Pairs of words in figures that lie over each other.
 const kOverlaps = `[...document.querySelectorAll('figure svg')].flatMap((svg) => {
+  const all = svg.getBoundingClientRect();
   const words = [...svg.querySelectorAll('text')].filter((t) => t.textContent.trim()).map((t) => [t.textContent, t.getBoundingClientRect()]);
+  const cut = words.filter(([, r]) => r.left < all.left - 1 || r.right > all.right + 1)
+    .map(([a]) => svg.closest('figure').id + ': "' + a + '" is cut');
   return words.flatMap(([a, r], k) => words.slice(k + 1).filter(([, s]) =>
     Math.min(r.right, s.right) - Math.max(r.left, s.left) > 3 && Math.min(r.bottom, s.bottom) - Math.max(r.top, s.top) > 4)
-    .map(([b]) => svg.closest('figure').id + ': "' + a + '" over "' + b + '"'));
+    .map(([b]) => svg.closest('figure').id + ': "' + a + '" over "' + b + '"')).concat(cut);
 })`;
 
 // Of a figure with a noise floor: px from the top where its dashed line is painted, and where the
