@@ -20,13 +20,15 @@ double Average::std_about(int column, double reported) const {
   return std::sqrt(std::max(0.0, square[column] - 2 * v * reported + reported * reported));
 }
 
-Average average(const Library& library, const std::vector<Candidate>& family) {
+Average average(const Library& library, const std::vector<Candidate>& family,
+                double Candidate::*of) {
   Average mean;
   mean.probability.assign(effect_catalogue().size(), 0);
   mean.presence = mean.value = mean.square = Eigen::VectorXd::Zero(library.gram.cols());
   double total = 0;
+  const double highest = family.empty() ? 0 : (*std::ranges::max_element(family, {}, of)).*of;
   for (const Candidate& c : family) {
-    const double weight = std::exp(0.5 * (c.weight - family.front().weight));
+    const double weight = std::exp(0.5 * (c.*of - highest));
     total += weight;
     for (const int e : c.effects) mean.probability[static_cast<std::size_t>(e)] += weight;
     Eigen::Index first = 0;

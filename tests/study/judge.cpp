@@ -196,6 +196,33 @@ Judgement judge(const HiddenCase& c, const Diagnosis& d) {
   return judged;
 }
 
+Round judge_round(const HiddenCase& c, const Diagnosis& first, const Diagnosis& second) {
+  const auto sorted = [](std::vector<std::string> names) {
+    std::ranges::sort(names);
+    return names;
+  };
+  std::vector<std::vector<std::string>> held = {names_said(second)};
+  for (const Rival& r : second.rivals) held.push_back(sorted(r.names));
+  const auto holds = [&](const std::vector<std::string>& set) {
+    return second.verdict == Verdict::unexplained || std::ranges::find(held, set) != held.end();
+  };
+  Round round;
+  for (const Rival& r : first.rivals) {
+    const bool hopeless = std::ranges::any_of(first.next.undecided, [&](const Undecided& u) {
+      const std::string rival = u.what.substr(std::min(u.what.size(), u.what.find(" from ")));
+      return std::ranges::all_of(
+          r.names, [&](const std::string& name) { return rival.find(name) != std::string::npos; });
+    });
+    if (hopeless || r.names.front().starts_with("unnamed")) continue;
+    ++round.ties;
+    round.decided += !(holds(names_said(first)) && holds(sorted(r.names)));
+  }
+  round.asked = round.ties > 0;
+  round.kept = round.ties > 0 && second.verdict != Verdict::unexplained &&
+               std::ranges::find(held, c.hidden) != held.end();
+  return round;
+}
+
 std::string in_words(const HiddenCase& c, const Diagnosis& d, const Judgement& judged) {
   std::string line = to_string(d.verdict) + " " + joined(names_said(d));
   for (const Rival& r : d.rivals) line += " | " + joined(r.names);
