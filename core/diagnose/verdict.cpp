@@ -268,8 +268,15 @@ void decide(Work& w, std::vector<Tie>& ties) {
       residual_space(out.fit, w.readings, out.noise.sigma(), out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   if (took_agreement_for_noise(w, out.after, w.options.inadequate)) return decide(w, ties);
-  const std::vector<Candidate> family = family_of(n.library, n.best, n.all);
+  std::vector<Candidate> family = family_of(n.library, n.best, n.all);
   n.mean = average(n.library, family);
+  std::erase_if(family, [&](const Candidate& c) {  // what is sure stays in
+    for (std::size_t e = 0; e < n.mean.probability.size(); ++e) {
+      if (n.mean.probability[e] >= kSure && !std::ranges::count(c.effects, static_cast<int>(e)))
+        return true;
+    }
+    return false;
+  });
   n.open = average(n.library, family, &Candidate::open_weight);
   name_effects(w, n);
   n.unnamed = best_unnamed(n.space, n.library, n.best, w.shapes, n.unnamed_score);

@@ -208,11 +208,10 @@ Round judge_round(const HiddenCase& c, const Diagnosis& first, const Diagnosis& 
   };
   Round round;
   for (const Rival& r : first.rivals) {
-    const bool hopeless = std::ranges::any_of(first.next.undecided, [&](const Undecided& u) {
-      const std::string rival = u.what.substr(std::min(u.what.size(), u.what.find(" from ")));
-      return std::ranges::all_of(
-          r.names, [&](const std::string& name) { return rival.find(name) != std::string::npos; });
-    });
+    std::string rival = " from";
+    for (const std::string& name : r.names) rival += (name == r.names.front() ? " " : " + ") + name;
+    const bool hopeless = std::ranges::any_of(
+        first.next.undecided, [&](const Undecided& u) { return u.what.ends_with(rival); });
     if (hopeless || r.names.front().starts_with("unnamed")) continue;
     ++round.ties;
     round.decided += !(holds(names_said(first)) && holds(sorted(r.names)));
