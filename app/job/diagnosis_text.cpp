@@ -88,12 +88,19 @@ std::string suspect_text(const Json& d) {
   return text;
 }
 
-/// Effects beside the named ones that the average over sets does not rule out.
+/// Effects beside the named ones that the average over sets does not rule out; of a named effect
+/// the parameters that it was not named with.
 std::string possible_text(const Json& d) {
   std::string text;
   for (const Json& e : d["may_also_hold"]) {
-    text += fmt::format("{}{} ({:.0f} %)", text.empty() ? "" : ", ", e["name"].get<std::string>(),
-                        100 * e["probability"].get<double>());
+    const bool named = std::ranges::any_of(
+        d["effects"], [&](const Json& other) { return other["name"] == e["name"]; });
+    std::string which;
+    for (const Json& p : e["parameters"]) {
+      if (named) which += (which.empty() ? " on " : ", ") + p["name"].get<std::string>();
+    }
+    text += fmt::format("{}{}{} ({:.0f} %)", text.empty() ? "" : ", ", e["name"].get<std::string>(),
+                        which, 100 * e["probability"].get<double>());
   }
   return line("may also", text.empty() ? text : "hold: " + text);
 }

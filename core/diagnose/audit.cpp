@@ -9,7 +9,7 @@ namespace trammel {
 
 namespace {
 
-// One parameter among some 300 tests at 0.7 % family-wise: |z| > 4.2 at the smallest p, + 0.84 for
+// One parameter among some 300 tests at 0.5 % family-wise: |z| > 4.2 at the smallest p, + 0.84 for
 // power.
 constexpr double kVisibleZ = 4.2 + 0.84;
 constexpr double kInvisible = 1e-6;  // surviving share that is rounding

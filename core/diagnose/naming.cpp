@@ -171,7 +171,7 @@ void name_effects(Work& w, const Naming& n) {
       const double value = active.values[p.index];
       double std = p.scale * std::sqrt(fit.covariance(jj, jj));
       if (const auto column = column_of(n.library, place, p.index))
-        std = std::max(std, n.mean.std_about(*column, value));
+        std = std::max(std, n.std_about(*column, value));
       named.parameters.push_back(
           {about.name, about.unit, value, std,
            value > about.usual_max + 2 * std || value < about.low() - 2 * std});

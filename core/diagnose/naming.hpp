@@ -2,6 +2,7 @@
 // Which effects the model is missing: searched, fitted on the exact loop closures, and searched
 // again there.
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -20,7 +21,12 @@ struct Naming {
   Candidate best;            // what earns its price
   Candidate fitted;          // with the rails that may stand for others
   std::vector<double> loss;  // of chi^2 on the exact model without each effect of `best`
-  Average mean;
+  Average mean;              // under Prior::usual
+  Average open;              // under Prior::open
+  /// Of a reported value of a column of `library`, whichever of the priors holds.
+  [[nodiscard]] double std_about(int column, double reported) const {
+    return std::max(mean.std_about(column, reported), open.std_about(column, reported));
+  }
   std::optional<Finding> unnamed;  // shape that does best in place of an effect
   double unnamed_score = 0;
   std::vector<LookAlike> alike;

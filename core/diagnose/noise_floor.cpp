@@ -86,6 +86,26 @@ void settle_noise(Work& w) {
   }
 }
 
+std::optional<Finding> unsupported_noise(const Work& w) {
+  constexpr double kAsLarge = 3;  // repeats of one degree of freedom are as small by chance in a
+                                  // quarter of campaigns, of ten in none
+  const NoiseFloor& noise = w.out.noise;
+  if (!noise.rescaled) return std::nullopt;
+  const auto times = [&](double TrackerSigma::*part) {
+    const bool supported =
+        noise.repeats && kAsLarge * (noise.repeats->sigma.*part) > noise.used.*part;
+    return noise.first.*part > 0 && !supported ? noise.used.*part / (noise.first.*part) : 0;
+  };
+  const double most = std::max(times(&TrackerSigma::xy_mm), times(&TrackerSigma::phi_rad));
+  if (most < kMuchLarger) return std::nullopt;
+  return Finding{"all readings",
+                 "what is left is " + text_of(most) + " times the noise that " +
+                     (noise.source == NoiseSource::repeats ? "repeats show" : "is stated") +
+                     ", and no target that was approached again repeats as badly: single places, "
+                     "or sigma_mm, are wrong",
+                 0, 0, 0};
+}
+
 void settle_correlation(Work& w, bool known) {
   const auto space_with = [&](double rho) {
     return residual_space(

@@ -85,6 +85,55 @@ void each_choice(const Library& library, const std::vector<std::vector<int>>& un
   }
 }
 
+/// As solve(); without the standard deviations of values where a search has no use for them.
+std::optional<Candidate> solved(const Library& library, const std::vector<int>& units,
+                                bool with_std) {
+  Candidate c;
+  c.units = units;
+  std::vector<int> columns;
+  for (const int u : units) {
+    const Unit& unit = library.units[static_cast<std::size_t>(u)];
+    columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
+    if (c.effects.empty() || c.effects.back() != unit.effect) c.effects.push_back(unit.effect);
+  }
+  const auto n = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd G(n, n);
+  Eigen::VectorXd b(n), scale(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int ci = columns[static_cast<std::size_t>(i)];
+    const double prior = 1 / (library.usual_max[ci] * library.usual_max[ci]);
+    scale[i] = 1 / std::sqrt(library.gram(ci, ci) + prior);
+    b[i] = library.moment[ci] * scale[i];
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      G(i, j) = library.gram(ci, columns[static_cast<std::size_t>(j)]) * scale[i] * scale[j];
+    }
+    G(i, i) = 1;
+  }
+  const Cholesky factor(std::move(G));
+  if (!factor.ok() || factor.pivots().minCoeff() < kCollinear) return std::nullopt;
+  const Eigen::VectorXd scaled = factor.solve(b);
+  c.gain = b.dot(scaled);
+  c.values = scaled.cwiseProduct(scale);
+  c.parameters = static_cast<int>(n);
+  const auto impossible = [&](Eigen::Index i, double slack) {
+    const double low = library.usual_min[columns[static_cast<std::size_t>(i)]];
+    return low >= 0 && c.values[i] < -slack;
+  };
+  bool wrong_sign = false;
+  for (Eigen::Index i = 0; i < n; ++i) wrong_sign = wrong_sign || impossible(i, 0);
+  if (with_std || wrong_sign) c.std = factor.inverse().diagonal().cwiseSqrt().cwiseProduct(scale);
+  for (Eigen::Index i = 0; wrong_sign && i < n; ++i)
+    c.usual = c.usual && !impossible(i, 2 * c.std[i]);
+  c.occam = factor.log_determinant() +
+            2 * std::log((library.usual_max(columns).array() / scale.array()).prod());
+  const double possible = c.gain - (c.usual ? 0 : kPriceOfImpossible);
+  const double price = price_of(library, units);
+  c.score = possible - price;
+  c.weight = possible -
+             std::min(price, c.occam + kPriceOfPresence * static_cast<double>(c.effects.size()));
+  return c;
+}
+
 std::optional<Candidate> best_choice(const Library& library,
                                      const std::vector<std::vector<int>>& units_of_effects,
                                      int most_parameters) {
@@ -92,10 +141,10 @@ std::optional<Candidate> best_choice(const Library& library,
   std::vector<int> chosen;
   each_choice(library, units_of_effects, 0, chosen, [&](const std::vector<int>& units) {
     if (most_parameters > 0 && parameter_count(library, units) > most_parameters) return;
-    const auto c = solve(library, units);
-    if (c && (!best || c->score > best->score)) best = c;
+    auto c = solved(library, units, false);
+    if (c && (!best || c->score > best->score)) best = std::move(c);
   });
-  return best;
+  return best ? solve(library, best->units) : best;
 }
 
 /// Units of an effect: `choices` with what is common to all rails, which the others can say as
@@ -124,7 +173,7 @@ double most_they_can_score(const Library& library,
     }
     price += kPriceOfName + kPriceOfParameter * static_cast<double>(fewest);
   }
-  const auto c = solve(library, every);
+  const auto c = solved(library, every, false);
   return c ? c->gain - price : INFINITY;
 }
 
@@ -134,51 +183,26 @@ std::vector<int> with_units(std::vector<int> units, const std::vector<int>& adde
   return units;
 }
 
+/// Of Candidate: the marginal likelihood with widths W by which each column alone would give a gain
+/// of `most`, no wider than usual, gain - ln det(I + W G W).
+double open_weight(const Library& library, const Candidate& c, double most) {
+  std::vector<int> columns;
+  for (const int u : c.units) {
+    const auto& own = library.units[static_cast<std::size_t>(u)].columns;
+    columns.insert(columns.end(), own.begin(), own.end());
+  }
+  Eigen::MatrixXd A = library.gram(columns, columns);
+  const Eigen::VectorXd width =
+      (most / A.diagonal().array()).sqrt().min(library.usual_max(columns).array()).matrix();
+  A = width.asDiagonal() * A * width.asDiagonal();
+  A.diagonal().array() += 1;
+  return c.gain - Cholesky(std::move(A)).log_determinant();
+}
+
 }  // namespace
 
 std::optional<Candidate> solve(const Library& library, const std::vector<int>& units) {
-  Candidate c;
-  c.units = units;
-  std::vector<int> columns;
-  for (const int u : units) {
-    const Unit& unit = library.units[static_cast<std::size_t>(u)];
-    columns.insert(columns.end(), unit.columns.begin(), unit.columns.end());
-    if (c.effects.empty() || c.effects.back() != unit.effect) c.effects.push_back(unit.effect);
-  }
-  const auto n = static_cast<Eigen::Index>(columns.size());
-  Eigen::MatrixXd G(n, n);
-  Eigen::VectorXd b(n), scale(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int ci = columns[static_cast<std::size_t>(i)];
-    const double prior = 1 / (library.usual_max[ci] * library.usual_max[ci]);
-    scale[i] = 1 / std::sqrt(library.gram(ci, ci) + prior);
-    b[i] = library.moment[ci] * scale[i];
-    for (Eigen::Index j = 0; j <= i; ++j) {
-      G(i, j) = library.gram(ci, columns[static_cast<std::size_t>(j)]) * scale[i] * scale[j];
-    }
-    G(i, i) = 1;
-  }
-  const Cholesky factor(std::move(G));
-  if (!factor.ok() || factor.pivots().minCoeff() < kCollinear) return std::nullopt;
-  const Eigen::VectorXd scaled = factor.solve(b);
-  const Eigen::MatrixXd inverse = factor.inverse();
-  c.gain = b.dot(scaled);
-  c.values = scaled.cwiseProduct(scale);
-  c.std = inverse.diagonal().cwiseSqrt().cwiseProduct(scale);
-  c.parameters = static_cast<int>(n);
-  c.occam = factor.log_determinant() - 2 * scale.array().log().sum();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int ci = columns[static_cast<std::size_t>(i)];
-    const double slack = 2 * c.std[i];
-    c.usual = c.usual && (library.usual_min[ci] < 0 || c.values[i] >= -slack);
-  }
-  for (const int column : columns) c.occam += 2 * std::log(library.usual_max[column]);
-  const double possible = c.gain - (c.usual ? 0 : kPriceOfImpossible);
-  const double price = price_of(library, units);
-  c.score = possible - price;
-  c.weight = possible -
-             std::min(price, c.occam + kPriceOfPresence * static_cast<double>(c.effects.size()));
-  return c;
+  return solved(library, units, true);
 }
 
 int parameter_count(const Library& library, const std::vector<int>& units) {
@@ -308,16 +332,28 @@ std::vector<Candidate> rivals_of(const Candidate& best, const std::vector<Candid
 
 std::vector<Candidate> family_of(const Library& library, const Candidate& best,
                                  const std::vector<Candidate>& all) {
-  std::vector<std::vector<int>> sets;
-  double highest = best.weight;
-  for (const Candidate& c : all) highest = std::max(highest, c.weight);
+  std::vector<double> opens;
+  double highest = best.weight, highest_open = open_weight(library, best, best.gain);
   for (const Candidate& c : all) {
-    if (c.usual && std::max(c.score, c.weight) >= highest - kFamily) sets.push_back(c.effects);
+    opens.push_back(open_weight(library, c, best.gain));
+    highest = std::max(highest, c.weight);
+    highest_open = std::max(highest_open, opens.back());
+  }
+  std::vector<std::vector<int>> sets;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].usual && (std::max(all[i].score, all[i].weight) >= highest - kFamily ||
+                         opens[i] >= highest_open - kFamily))
+      sets.push_back(all[i].effects);
   }
   std::vector<Candidate> family;
   const auto keep = [&](const std::vector<int>& units) {
-    auto c = solve(library, units);
-    if (c && c->usual && c->weight >= highest - kFamily) family.push_back(*std::move(c));
+    auto c = solved(library, units, false);
+    if (!c || !c->usual) return;
+    const double open = open_weight(library, *c, best.gain);
+    if (c->weight < highest - kFamily && open < highest_open - kFamily) return;
+    c = solve(library, units);
+    c->open_weight = open;
+    family.push_back(*std::move(c));
   };
   const bool searched = best.effects.size() <= kMostSearched;
   if (!searched) keep(best.units);
@@ -346,8 +382,6 @@ std::vector<Candidate> family_of(const Library& library, const Candidate& best,
     std::vector<int> chosen;
     each_choice(library, units, 0, chosen, keep);
   }
-  std::stable_sort(family.begin(), family.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
   return family;
 }
 

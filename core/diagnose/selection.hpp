@@ -45,8 +45,10 @@ struct Candidate {
   double score = 0;   // gain less the price of the library searched
   double occam = 0;   // ln det(I + U G U), U the usual ranges: what the width of the priors costs
   bool usual = true;  // every value has a sign that its effect can have
-  /// Twice the log of the set's weight in an average, up to a constant.
-  double weight = 0;
+  /// Twice the log of the set's weight in an average, up to a constant: where effects are few and
+  /// of usual size; and where any is as likely in as out, and no larger by itself than all that is
+  /// missing (of a family only).
+  double weight = 0, open_weight = 0;
 };
 
 // The price, in chi^2: an effect that is not there adds its name by chance in less than 1 % of
@@ -85,7 +87,7 @@ inline constexpr double kStandsFor = 7.8;  // 2 ln 49
 Candidate with_all_rails(const Library& library, const Candidate& best);
 
 /// Every choice of units, of sets within `kFamily` of the best of `all` and of `best` with one
-/// effect more, that weighs within it: what an average is taken over. By falling weight.
+/// effect more, that weighs within it under either prior: what an average is taken over.
 std::vector<Candidate> family_of(const Library& library, const Candidate& best,
                                  const std::vector<Candidate>& all);
 /// Of a set of more effects (noise far below what is missing lets many in) the rails stay as

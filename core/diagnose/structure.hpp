@@ -24,7 +24,7 @@ inline constexpr const char* kSuccessiveAlternate = "successive readings alterna
 
 struct StructureOptions {
   int replicates = 2000;  // where the smallest p leaves it open; a tenth of them otherwise
-  double level = 0.007;   // the smallest p above this can't be significant for the family
+  double level = 0.005;   // the smallest p above this can't be significant for the family
   std::uint64_t seed = 1;
   int threads = 2;        // never changes a result
   bool exchange = false;  // null: the residuals of the readings, in another order and with random

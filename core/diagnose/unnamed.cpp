@@ -74,18 +74,19 @@ std::optional<Finding> best_unnamed(const ResidualSpace& space, const Library& l
       if (D.norm() < 1e-6 * shape.columns.norm()) continue;
       D = without(K, D);
       const Eigen::MatrixXd U = orthonormal(D);
+      const Eigen::VectorXd coefficients = transposed_times(U, r);
+      const double gain = coefficients.squaredNorm();
+      const double s =
+          base + gain - search_price - kPriceOfParameter * static_cast<double>(U.cols());
+      if (found && s <= score) continue;  // first what is cheap to ask
       if (transposed_times(U, replaced).squaredNorm() > kSameShape * replaced.squaredNorm())
         continue;
-      const Eigen::VectorXd seen = within(U, r);
+      const Eigen::VectorXd seen = times(U, coefficients);
       if (std::any_of(named.begin(), named.end(), [&](const Eigen::MatrixXd& pair) {
             return transposed_times(pair, seen).squaredNorm() > kSameShape * seen.squaredNorm();
           })) {
         continue;
       }
-      const double gain = transposed_times(U, r).squaredNorm();
-      const double s =
-          base + gain - search_price - kPriceOfParameter * static_cast<double>(U.cols());
-      if (found && s <= score) continue;
       score = s;
       found = Finding{shape.where, shape.when, chi2_tail(gain, static_cast<double>(U.cols())), gain,
                       static_cast<int>(U.cols())};

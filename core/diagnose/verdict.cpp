@@ -152,6 +152,7 @@ std::vector<Finding> objections(const Work& w, const Naming& n) {
                      "named effects need a sign that they can't have (an overshoot is no backlash)",
                      chi2_tail(n.best.gain, n.best.parameters), n.best.gain, n.best.parameters});
   }
+  if (const auto unsupported = unsupported_noise(w)) found.push_back(*unsupported);
   if (!found.empty()) return found;
   if (w.out.base.implausible()) {
     return {
@@ -230,9 +231,11 @@ void add_possible(Work& w, const Naming& n) {
                             named->parameters.end();
       if (!column || told) continue;
       possible.probability = std::max(possible.probability, n.mean.presence[*column]);
-      possible.parameters.push_back({about.name, about.unit, 0, n.mean.std_about(*column, 0)});
+      possible.parameters.push_back({about.name, about.unit, 0, n.std_about(*column, 0)});
     }
     if (named == w.out.effects.end()) possible.probability = n.mean.probability[e];
+    if (named == w.out.effects.end() && n.open.probability[e] >= kOpenPossible)
+      possible.probability = n.open.probability[e];
     if (possible.probability >= kPossible) w.out.may_also_hold.push_back(std::move(possible));
   }
   std::ranges::stable_sort(w.out.may_also_hold, std::greater{}, &Possible::probability);
@@ -248,8 +251,9 @@ void decide(Work& w, std::vector<Tie>& ties) {
   out.fit = w.base;
   out.base = base_distance(out.fit);
   if (out.before.family_p > w.options.false_alarm) {
-    if (const auto reversal = reversal_left(w, w.base.model))
-      return leave_unexplained(w, {*reversal});
+    auto wrong = reversal_left(w, w.base.model);
+    if (!wrong) wrong = unsupported_noise(w);
+    if (wrong) return leave_unexplained(w, {*wrong});
     out.verdict = out.effects.empty() ? Verdict::nothing_missing : Verdict::explained;
     return;
   }
@@ -264,7 +268,16 @@ void decide(Work& w, std::vector<Tie>& ties) {
       residual_space(out.fit, w.readings, out.noise.sigma(), out.noise.correlation);
   out.after = test(w, left, w.options.inadequate);
   if (took_agreement_for_noise(w, out.after, w.options.inadequate)) return decide(w, ties);
-  n.mean = average(n.library, family_of(n.library, n.best, n.all));
+  std::vector<Candidate> family = family_of(n.library, n.best, n.all);
+  n.mean = average(n.library, family);
+  std::erase_if(family, [&](const Candidate& c) {  // what is sure stays in
+    for (std::size_t e = 0; e < n.mean.probability.size(); ++e) {
+      if (n.mean.probability[e] >= kSure && !std::ranges::count(c.effects, static_cast<int>(e)))
+        return true;
+    }
+    return false;
+  });
+  n.open = average(n.library, family, &Candidate::open_weight);
   name_effects(w, n);
   n.unnamed = best_unnamed(n.space, n.library, n.best, w.shapes, n.unnamed_score);
   n.alike = look_alikes(n.space, n.library, n.best, *w.history);

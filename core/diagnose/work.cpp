@@ -44,7 +44,11 @@ void make_shapes(Work& w, const ResidualSpace& space) {
 
 StructureTest test(const Work& w, const ResidualSpace& space, double level) {
   return test_structure(space, w.shapes,
-                        {w.options.replicates, level, w.options.seed, w.options.threads});
+                        {.replicates = w.options.replicates,
+                         .level = level,
+                         .seed = w.options.seed,
+                         .threads = w.options.threads,
+                         .exchange = w.out.noise.robust});
 }
 
 }  // namespace trammel

@@ -38,7 +38,8 @@ void fit_base(Work& w);
 /// Everything that structure is looked for with: shapes without a name, and the catalogue's own.
 void make_shapes(Work& w, const ResidualSpace& space);
 
-/// One calibrated p for all shapes on the residuals of `space`.
+/// One calibrated p for all shapes on the residuals of `space`. The null of noise with heavy tails
+/// is that noise, not a normal distribution's: the readings' own residuals, exchanged.
 StructureTest test(const Work& w, const ResidualSpace& space, double level);
 
 /// "0.00123", three digits.

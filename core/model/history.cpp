@@ -97,4 +97,15 @@ double History::late_degc(const Conditions& at, double tau_s) const {
   return sum;
 }
 
+double History::delayed_degc(const Conditions& at, double delay_s) const {
+  const double time_s = *at.time_s - delay_s;
+  const auto after = std::ranges::upper_bound(records_, time_s, {}, &Record::time_s);
+  if (records_.empty()) return *at.temp_degc;
+  if (after == records_.begin()) return after->temp_degc;
+  const Record& before = *(after - 1);
+  if (after == records_.end()) return before.temp_degc;
+  const double share = (time_s - before.time_s) / (after->time_s - before.time_s);
+  return before.temp_degc + share * (after->temp_degc - before.temp_degc);
+}
+
 }  // namespace trammel

@@ -30,6 +30,9 @@ class History {
   /// At a reading whose time and temperature are recorded. On a grid of lags, cubic in ln tau.
   [[nodiscard]] double late_degc(const Conditions& at, double tau_s) const;
 
+  /// What the thermometer showed `delay_s` earlier, the first record before all of them.
+  [[nodiscard]] double delayed_degc(const Conditions& at, double delay_s) const;
+
   static constexpr std::array<double, 6> kRadiiMm = {1, 2, 4, 8, 16, 32};
   static constexpr int kLags = 26;
   /// From 30 s, half an octave each: less than 1e-3 of the lag is lost in between.

@@ -1,5 +1,5 @@
 // Counts how often the diagnosis is right, silent or wrong, on campaigns that nobody tuned to.
-//   trammel_blind_study [--cases N] [--seed S] [--only NAME]… [--verbose] [--demand]
+//   trammel_blind_study [--cases N] [--seed S] [--only NAME]… [--verbose] [--demand] [--next]
 // Prints one row per kind of campaign, then what all of them say together; scripts/blind_study
 // builds and runs it, and a small one is among the tests.
 
@@ -268,7 +268,7 @@ int main(int argc, char** argv) {
   int cases = 20, first = 0, threads = 2;
   std::uint64_t seed = 1;
   std::vector<std::string> only, but;
-  bool verbose = false, demand = false;
+  bool verbose = false, demand = false, next = false;
   app.add_option("--cases", cases, "campaigns of each kind");
   app.add_option("--seed", seed, "of the first campaign");
   app.add_option("--only", only, "kinds whose name contains this, or one of these");
@@ -277,6 +277,7 @@ int main(int argc, char** argv) {
   app.add_option("--first", first, "number of the first campaign of each kind (0)");
   app.add_flag("--verbose", verbose, "a line for each answer that was given");
   app.add_flag("--demand", demand, "fail (exit code 1) when an answer is wrong");
+  app.add_flag("--next", next, "measure the points that ambiguous answers ask for, and ask again");
   CLI11_PARSE(app, argc, argv);
   const auto asked = [&](const Kind& kind) {
     const auto has = [&](const std::string& part) {
@@ -295,10 +296,11 @@ int main(int argc, char** argv) {
     std::map<std::string, int> said;
     int alarms = 0;  // of the base
     double furthest = 0;
+    Round round;
     std::mutex mutex;
-    std::atomic<int> next{first};
+    std::atomic<int> turn{first};
     const auto work = [&] {
-      for (int i = next++; i < first + cases; i = next++) {
+      for (int i = turn++; i < first + cases; i = turn++) {
         const std::uint64_t own = mix(seed, kind.name, static_cast<std::uint64_t>(i));
         const Kind drawn = kind.effects > 0 ? draw(kind.effects, own)
                            : kind.mixed     ? draw(own)
@@ -308,8 +310,16 @@ int main(int argc, char** argv) {
         options.threads = 1;
         const Diagnosis d = diagnose(c.campaign, options);
         const Judgement judged = judge(c, d);
+        Round then;
+        if (next && d.verdict == Verdict::ambiguous && !d.next.points.empty()) {
+          then = judge_round(c, d, diagnose(with_points(c, d.next), options));
+        }
         const std::lock_guard lock(mutex);
         alarms += d.base.implausible();
+        round.ties += then.ties;
+        round.decided += then.decided;
+        round.asked += then.asked;
+        round.kept += then.kept;
         furthest = std::max(furthest, d.base.tolerances);
         tally.add(judged);
         ++said[(judged.right() ? "  " : "! ") + in_words(c, d, judged) +
@@ -323,6 +333,11 @@ int main(int argc, char** argv) {
     for (auto& t : pool) t.join();
     print_row(kind.name, tally);
     std::printf("      base implausible in %d, at most %.1f tolerances off\n", alarms, furthest);
+    if (next)
+      std::printf(
+          "      one round decides %d of %d ties; what was hidden is among the sets left in %d of "
+          "%d\n",
+          round.decided, round.ties, round.kept, round.asked);
     if (kind.name.find("clean") != std::string::npos) clean.add(tally);
     all.add(tally);
     if (verbose) {

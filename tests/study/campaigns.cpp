@@ -497,6 +497,48 @@ HiddenCase make_case(const Design& design, const std::vector<const Family*>& hid
   return result;
 }
 
+Campaign with_points(const HiddenCase& hidden, const NextPoints& next) {
+  Campaign campaign = hidden.campaign;
+  Truth truth = hidden.truth;
+  Random random = Random::stream(truth.seed, "next");
+  simulate::EpochTruth epoch;
+  for (int i = 0; i < drives(truth); ++i) epoch.l_zero_mm[i] = 0.05 * random.normal();
+  epoch.frame = {0.05 * random.normal(), 0.05 * random.normal(),
+                 rad_from_deg(0.01) * random.normal()};
+  truth.epochs.push_back(epoch);
+  const simulate::VirtualRobot robot(truth);
+  const MachineSolver solver(campaign.machine);
+  const std::size_t first = campaign.readings.size();
+  double time_s =
+      *campaign.readings.back().conditions.time_s + 3600 * next.state.wait_h.value_or(0.1);
+  for (const NextPoint& point : next.points) {
+    Reading r;
+    r.seq = campaign.readings.back().seq + 1;
+    r.target = point.target;
+    r.set = ReadingSet::identify;
+    Conditions& c = r.conditions;
+    c.epoch = static_cast<int>(truth.epochs.size());
+    c.cmd_mm = c.from_mm = solver.drives(r.target).l_mm;
+    for (int k = 0; k < drives(truth); ++k)
+      c.from_mm[k] -= next.state.approach_mm * point.approach[static_cast<std::size_t>(k)];
+    c.time_s = time_s += random.uniform(20, 30);
+    c.temp_degc = next.state.temp_degc.value_or(robot.temperature_degc(time_s));
+    campaign.readings.push_back(r);
+  }
+  const auto off = along_path(campaign.readings, hidden.beyond, robot.home_mm());
+  for (std::size_t i = first; i < campaign.readings.size(); ++i) {
+    Reading& r = campaign.readings[i];
+    Conditions done = r.conditions;
+    done.cmd_mm += off[i];
+    done.from_mm += off[i];
+    const MachinePose seen = robot.read(done, static_cast<std::uint64_t>(r.seq));
+    if (!seen.ok())
+      throw std::runtime_error("the virtual robot can't reach a point it was sent to");
+    r.measured = seen.pose;
+  }
+  return campaign;
+}
+
 Design design_of(const std::string& machine) {
   if (find_machine_kind(machine)->has_point_platform()) {
     return {.machine = machine, .sigma_xy_mm = 0.0005, .sigma_phi_deg = 0.0003};

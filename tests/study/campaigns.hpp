@@ -1,12 +1,14 @@
 #pragma once
 // Campaigns with a hidden effect, made by the virtual robot: what the diagnosis is judged by.
-// Nothing here looks at the catalogue that is fitted (core/model) or at core/diagnose.
+// Nothing here looks at the catalogue that is fitted (core/model); of core/diagnose the points it
+// asks for are measured.
 
 #include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "core/diagnose/next_points.hpp"
 #include "core/measure/reading.hpp"
 #include "core/simulate/truth.hpp"
 
@@ -69,6 +71,10 @@ struct HiddenCase {
 /// noise are drawn from `seed`.
 HiddenCase make_case(const Design& design, const std::vector<const Family*>& hidden, double rho,
                      std::uint64_t seed);
+
+/// The campaign with these points measured on the same machine afterwards, in an epoch of their
+/// own.
+Campaign with_points(const HiddenCase& hidden, const NextPoints& next);
 
 const Family& family(const std::string& name);
 

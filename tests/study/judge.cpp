@@ -196,6 +196,32 @@ Judgement judge(const HiddenCase& c, const Diagnosis& d) {
   return judged;
 }
 
+Round judge_round(const HiddenCase& c, const Diagnosis& first, const Diagnosis& second) {
+  const auto sorted = [](std::vector<std::string> names) {
+    std::ranges::sort(names);
+    return names;
+  };
+  std::vector<std::vector<std::string>> held = {names_said(second)};
+  for (const Rival& r : second.rivals) held.push_back(sorted(r.names));
+  const auto holds = [&](const std::vector<std::string>& set) {
+    return second.verdict == Verdict::unexplained || std::ranges::find(held, set) != held.end();
+  };
+  Round round;
+  for (const Rival& r : first.rivals) {
+    std::string rival = " from";
+    for (const std::string& name : r.names) rival += (name == r.names.front() ? " " : " + ") + name;
+    const bool hopeless = std::ranges::any_of(
+        first.next.undecided, [&](const Undecided& u) { return u.what.ends_with(rival); });
+    if (hopeless || r.names.front().starts_with("unnamed")) continue;
+    ++round.ties;
+    round.decided += !(holds(names_said(first)) && holds(sorted(r.names)));
+  }
+  round.asked = round.ties > 0;
+  round.kept = round.ties > 0 && second.verdict != Verdict::unexplained &&
+               std::ranges::find(held, c.hidden) != held.end();
+  return round;
+}
+
 std::string in_words(const HiddenCase& c, const Diagnosis& d, const Judgement& judged) {
   std::string line = to_string(d.verdict) + " " + joined(names_said(d));
   for (const Rival& r : d.rivals) line += " | " + joined(r.names);

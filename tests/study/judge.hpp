@@ -41,6 +41,14 @@ inline constexpr double kFar = 150;
 
 Judgement judge(const HiddenCase& hidden, const Diagnosis& diagnosis);
 
+/// Ties of a first diagnosis that its points can decide, and those that the second, made with these
+/// points, no longer holds for as good; and whether what was hidden is among what it does hold.
+struct Round {
+  int ties = 0, decided = 0;
+  int asked = 0, kept = 0;  // campaigns
+};
+Round judge_round(const HiddenCase& hidden, const Diagnosis& first, const Diagnosis& second);
+
 /// "explained backlash, hidden backlash, margin 80".
 std::string in_words(const HiddenCase& hidden, const Diagnosis& diagnosis,
                      const Judgement& judgement);

@@ -4,8 +4,10 @@
 #include "core/diagnose/diagnose.hpp"
 
 #include <cmath>
+#include <set>
 
 #include "core/error.hpp"
+#include "core/statistics/random.hpp"
 #include "tests/study/campaigns.hpp"
 #include "tests/support/catch.hpp"
 
@@ -275,6 +277,26 @@ TEST_CASE("noise that alternates, has heavy tails or few readings is noise", "[d
       CAPTURE(design.correlation, design.student, design.thinning, seed);
       CHECK(diagnose(hide({}, 0, seed, design).campaign).verdict == Verdict::nothing_missing);
     }
+  }
+}
+
+TEST_CASE("noise tens of times the stated one that no repeat shows is never accepted",
+          "[diagnose]") {
+  for (const std::uint64_t seed : {101u, 102u, 103u}) {
+    CAPTURE(seed);
+    Campaign c = hide({}, 0, seed, {.thinning = 0.09}).campaign;
+    std::set<std::vector<double>> reached;  // no target twice
+    std::erase_if(c.readings, [&](const Reading& r) {
+      return !reached.insert({r.target.x_mm, r.target.y_mm, r.target.phi_rad}).second;
+    });
+    CHECK(diagnose(c).verdict == Verdict::nothing_missing);  // control
+    for (Reading& r : c.readings) {  // so white that the base and the tests take it for noise
+      Random random = Random::stream(seed, "loose reflector", static_cast<std::uint64_t>(r.seq));
+      for (double* part : {&r.measured->x_mm, &r.measured->y_mm}) *part += random.normal();
+    }
+    const Diagnosis d = diagnose(c);
+    CHECK(d.verdict == Verdict::unexplained);
+    CHECK(d.suspect.empty());
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/diagnose/look_alikes.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/diagnose/diagnose.hpp"
@@ -84,6 +85,31 @@ TEST_CASE("what remembers the path or the temperature is named, with its length 
       }
     }
   }
+}
+
+TEST_CASE("growth whose lag hardly shows is a tie with growth that does not lag", "[diagnose]") {
+  int doubted = 0;
+  for (const std::uint64_t seed : {61u, 62u, 63u, 64u}) {
+    CAPTURE(seed);
+    const Diagnosis d = diagnose(hide({"lagged_growth"}, 9, seed).campaign);
+    const bool prompt = d.effects.size() == 1 && d.effects.front().name == "thermal_growth";
+    CHECK_FALSE((prompt && d.verdict == Verdict::explained));
+    doubted += d.verdict == Verdict::ambiguous;
+  }
+  CHECK(doubted > 0);  // control: not silent throughout
+}
+
+TEST_CASE("a thermometer that stands still shows no growth that lags", "[diagnose]") {
+  const auto offered = [](bool still) {
+    HiddenCase c = hide({"lagged_growth"}, 28, 65);
+    for (Reading& r : c.campaign.readings)
+      if (still) r.conditions.temp_degc = 23.5;
+    const Diagnosis d = diagnose(c.campaign);
+    const auto is_lag = [](const auto& e) { return e.name == "lagged_growth"; };
+    return std::ranges::any_of(d.effects, is_lag) || std::ranges::any_of(d.may_also_hold, is_lag);
+  };
+  CHECK_FALSE(offered(true));
+  CHECK(offered(false));  // control
 }
 
 TEST_CASE("backlash and growth that remember nothing keep their names", "[diagnose]") {

@@ -91,10 +91,10 @@ TEST_CASE("one lead error on all rails is one parameter, and a range is no cliff
 }
 
 TEST_CASE("an average over sets holds what is sure, and doubts what is not", "[diagnose]") {
-  const auto probability = [](double rho) {
+  const auto probability = [](double rho, double Candidate::*weight = &Candidate::weight) {
     const Library library = library_of(hide({"lead_curvature"}, rho, 56));
     const auto all = search(library, 2);
-    const Average mean = average(library, family_of(library, all.front(), all));
+    const Average mean = average(library, family_of(library, all.front(), all), weight);
     for (std::size_t e = 0; e < effect_catalogue().size(); ++e) {
       if (effect_catalogue()[e].name == "lead_curvature") return mean.probability[e];
     }
@@ -102,4 +102,6 @@ TEST_CASE("an average over sets holds what is sure, and doubts what is not", "[d
   };
   CHECK(probability(28) > kSure);
   CHECK(probability(4) < kSure);
+  CHECK(probability(28, &Candidate::open_weight) >
+        kSure);  // what is told apart is sure under any prior
 }

@@ -82,3 +82,17 @@ TEST_CASE("the temperature behind a lag is the exact filter's, in any step", "[m
                WithinAbs(history.late_degc(path[7].conditions, lag_s), 1e-3));
   }
 }
+
+TEST_CASE("a delayed temperature is what the thermometer showed then", "[model]") {
+  std::vector<Reading> path;
+  for (const auto& [time_s, degc] : {std::pair{0.0, 20.0}, {100.0, 21.0}, {300.0, 25.0}}) {
+    path.push_back(moved(path, 0, 1));
+    path.back().conditions.time_s = time_s;
+    path.back().conditions.temp_degc = degc;
+  }
+  const History history(kMachine, path);
+  CHECK_THAT(history.delayed_degc(path[2].conditions, 0), WithinAbs(25, 1e-12));
+  CHECK_THAT(history.delayed_degc(path[2].conditions, 100), WithinAbs(23, 1e-12));
+  CHECK_THAT(history.delayed_degc(path[2].conditions, 250), WithinAbs(20.5, 1e-12));
+  CHECK_THAT(history.delayed_degc(path[1].conditions, 900), WithinAbs(20, 1e-12));  // the first
+}
