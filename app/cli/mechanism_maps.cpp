@@ -56,10 +56,10 @@ ExitCode run_sensitivity(const MapOptions& options, Context& context) {
   Json rows = Json::array();
   std::string text = fmt::format(
       "share of each error source in the pose error, mean of {} poses (Eq. 20)\n"
-      "errors of {:g} deg and {:g} mm; grid of +-{:g} mm every {:g} mm at phi {:g} deg\n"
+      "errors of {:g} deg and {:g} mm; grid of +-{:g} mm every {:g} mm{}\n"
       "source      share of dx",
       poses.size(), options.angle_deg, options.length_mm, options.half_width_mm, options.step_mm,
-      options.phi_deg);
+      machine.kind->has_point_platform() ? "" : fmt::format(" at phi {:g} deg", options.phi_deg));
   for (std::size_t i = 1; i < n; ++i) text += fmt::format("   of d{}", kCoordinateNames[i]);
   text += "\n";
   Eigen::MatrixXd of_chain = Eigen::MatrixXd::Zero(shares.of.rows(), machine.kind->n_chains);
@@ -88,7 +88,8 @@ ExitCode run_sensitivity(const MapOptions& options, Context& context) {
 }
 
 /// One character per cell: how far from singular in tenths, or why it cannot be reached.
-std::string map_text(const std::vector<WorkspaceCell>& map, const MapOptions& options) {
+std::string map_text(const Machine& machine, const std::vector<WorkspaceCell>& map,
+                     const MapOptions& options) {
   const std::map<Reach::Status, char> kSigns = {{Reach::Status::unreachable, '.'},
                                                 {Reach::Status::limit, '-'},
                                                 {Reach::Status::not_finite, '?'},
@@ -108,22 +109,27 @@ std::string map_text(const std::vector<WorkspaceCell>& map, const MapOptions& op
   for (const std::string& line : lines) text += line + "\n";
   const auto n_ok = std::count_if(map.begin(), map.end(),
                                   [](const WorkspaceCell& cell) { return cell.reach.ok(); });
-  const double edge = map.back().pose.x_mm;
-  return text +
-         fmt::format(
-             "x from {:g} to {:g} mm to the right, y from {:g} to {:g} mm upwards, every {:g} mm; "
-             "phi {:g} deg\n"
-             "digits: singularity margin in tenths; '-': beyond a stroke limit; 'x': singular, or "
-             "beyond a singularity in the other assembly; '.': out of reach\n"
-             "{} of {} poses are reachable",
-             -edge, edge, -edge, edge, options.step_mm, options.phi_deg, n_ok, map.size());
+  text += fmt::format("x from {:g} to {:g} mm to the right", map.front().pose.x_mm,
+                      map.back().pose.x_mm);
+  if (machine.kind->n_chains > 1) {
+    text += fmt::format(", y from {:g} to {:g} mm upwards", map.front().pose.y_mm,
+                        map.back().pose.y_mm);
+  }
+  text += fmt::format(", every {:g} mm", options.step_mm);
+  if (!machine.kind->has_point_platform()) text += fmt::format("; phi {:g} deg", options.phi_deg);
+  return text + fmt::format(
+                    "\ndigits: singularity margin in tenths; '-': beyond a stroke limit; 'x': "
+                    "singular, or "
+                    "beyond a singularity in the other assembly; '.': out of reach\n"
+                    "{} of {} poses are reachable",
+                    n_ok, map.size());
 }
 
 ExitCode run_workspace(const MapOptions& options, Context& context) {
   const Machine machine = read_machine_file(options.file);
   const auto map = workspace(machine, grid_of(machine, options));
   if (!context.json) {
-    context.print(map_text(map, options));
+    context.print(map_text(machine, map, options));
     return ExitCode::ok;
   }
   Json cells = Json::array();
@@ -139,10 +145,9 @@ ExitCode run_workspace(const MapOptions& options, Context& context) {
     }
     cells.push_back(row);
   }
-  context.print("mechanism-workspace", {{"phi_deg", options.phi_deg},
-                                        {"n_cells", map.size()},
-                                        {"n_reachable", n_ok},
-                                        {"cells", cells}});
+  Json found = {{"n_cells", map.size()}, {"n_reachable", n_ok}, {"cells", cells}};
+  if (!machine.kind->has_point_platform()) found["phi_deg"] = options.phi_deg;
+  context.print("mechanism-workspace", found);
   return ExitCode::ok;
 }
 

@@ -7,7 +7,8 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "core/mechanism/machine_solver.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 
 namespace trammel {
 
@@ -15,6 +16,7 @@ namespace {
 
 constexpr double kAloneMm = 1e-3;  // a rail displaced less stands at home
 constexpr double kMovesMm = 1e-6;  // a last move shorter than this has no direction
+constexpr double kFollows = 0.01;  // of a drive, by a coordinate: less does not say where it stands
 
 struct Runs {
   double mean = 0, s = 0;
@@ -61,6 +63,32 @@ Pose as_far_as_measured(const Machine& machine, const Reading& r) {
     if (machine.measured[static_cast<std::size_t>(c)]) pose[c] = r.measured->vector()[c];
   }
   return Pose::from(pose);
+}
+
+/// Whether what is measured says where a drive stands: what is not moves it by less than 1 % of
+/// itself (mm of drive a mm, or a rad).
+std::array<bool, kChains> seen_drives(const NominalMachine& machine) {
+  const auto J_V = machine.look(machine.machine().home).J_V;
+  const Eigen::Matrix3d dq_dX = inverse(machine.invertible(J_V));
+  std::array<bool, kChains> seen = {};
+  for (std::size_t i = 0; i < kChains; ++i) {
+    seen[i] = static_cast<int>(i) < machine.machine().kind->n_chains;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(machine.machine().kind->n_chains); ++c) {
+      const bool follows = std::abs(dq_dX(static_cast<int>(i), static_cast<int>(c))) > kFollows;
+      seen[i] = seen[i] && (machine.machine().measured[c] || !follows);
+    }
+  }
+  return seen;
+}
+
+/// The drives that the last move to home is of: it stands on the line of each.
+std::array<bool, kChains> moved_home(const Conditions& at) {
+  const Displacements move = (at.cmd_mm - at.from_mm).cwiseAbs();
+  std::array<bool, kChains> moved = {};
+  for (int i = 0; i < kChains; ++i) {
+    moved[static_cast<std::size_t>(i)] = move[i] > std::max(kMovesMm, move.maxCoeff() / 2);
+  }
+  return moved;
 }
 
 int least_runs(const std::vector<RailTarget>& targets, bool up) {
@@ -221,36 +249,34 @@ Reversal reversal_at(const RailTarget& target) {
 }
 
 std::vector<RailTargets> rail_targets(const Machine& machine, std::span<const Reading> readings) {
-  const MachineSolver solver(machine);
-  const int n = machine.kind->n_chains;
+  const NominalMachine solver(machine);
   const InverseResult home = solver.drives(machine.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
+  const std::array<bool, kChains> seen = seen_drives(solver);
   std::array<std::map<long long, RailTarget>, kChains> found;
   std::array<std::map<int, int>, kChains> epochs;
-  int last = -1;
   for (const Reading& r : readings) {
     if (!r.measured) continue;
     const InverseResult wanted = solver.drives(r.target);
-    if (!wanted.ok()) {
-      last = -1;
-      continue;
-    }
+    if (!wanted.ok()) continue;
     const int alone = rail_alone(wanted.l_mm - home.l_mm);
-    const int rail = n == 1 ? 0 : alone == kChains ? last : alone;
-    last = rail;
-    if (rail < 0) continue;
-    const double move_mm = r.conditions.cmd_mm[rail] - r.conditions.from_mm[rail];
-    if (std::abs(move_mm) <= kMovesMm) continue;
-    const InverseResult attained = solver.drives(as_far_as_measured(machine, r));
-    if (!attained.ok()) {
-      throw InputError({.what = "a measured pose is out of nominal reach",
-                        .where = {.point = "seq " + std::to_string(r.seq)}});
+    std::array<bool, kChains> rails = {};
+    if (alone == kChains) rails = moved_home(r.conditions);
+    if (alone >= 0 && alone < kChains) rails[static_cast<std::size_t>(alone)] = true;
+    for (std::size_t i = 0; i < kChains; ++i) {
+      const auto rail = static_cast<Eigen::Index>(i);
+      const double move_mm = r.conditions.cmd_mm[rail] - r.conditions.from_mm[rail];
+      if (!rails[i] || !seen[i] || std::abs(move_mm) <= kMovesMm) continue;
+      const InverseResult attained = solver.drives(as_far_as_measured(machine, r));
+      if (!attained.ok()) {
+        throw InputError({.what = "a measured pose is out of nominal reach",
+                          .where = {.point = "seq " + std::to_string(r.seq)}});
+      }
+      RailTarget& target = found[i][std::llround(wanted.l_mm[rail] / kAloneMm)];
+      target.position_mm = wanted.l_mm[rail];
+      (move_mm > 0 ? target.up : target.down).push_back(attained.l_mm[rail] - wanted.l_mm[rail]);
+      ++epochs[i][r.conditions.epoch];
     }
-    const auto i = static_cast<std::size_t>(rail);
-    RailTarget& target = found[i][std::llround(wanted.l_mm[rail] / kAloneMm)];
-    target.position_mm = wanted.l_mm[rail];
-    (move_mm > 0 ? target.up : target.down).push_back(attained.l_mm[rail] - wanted.l_mm[rail]);
-    ++epochs[i][r.conditions.epoch];
   }
   std::vector<RailTargets> rails;
   for (std::size_t i = 0; i < kChains; ++i) {

@@ -155,10 +155,9 @@ void validate(const Machine& machine) {
   }
   require_machine((machine.home.vector().array().abs() <= kLongestMm).all(), "home",
                   std::to_string(machine.home.x_mm), "a pose within 1e5 mm of the origin");
-  const auto moved = machine.measured.begin() + machine.kind->n_chains;
-  require_machine(std::find(machine.measured.begin(), moved, true) != moved, "measured",
+  require_machine(machine.measured[0] || machine.measured[1], "measured",
                   machine.measured[2] ? "phi alone" : "nothing",
-                  "one coordinate at least that the drives move");
+                  "x or y: by positions everything is judged");
   const Reach home = reach(machine, machine.home);
   if (home.status == Reach::Status::singular) {
     throw InputError({.what = "the machine is singular at home: there its drives do not decide "
