@@ -255,7 +255,7 @@ StageResult run_contest(const Campaign& campaign, const Json& parameters) {
 
 Stage contest_stage() {
   return {.name = "contest",
-          .algorithm_version = 12,
+          .algorithm_version = 13,
           .what = "all methods on one baseline with the same folds; picks one by a stated rule",
           .complete = complete_contest,
           .run = run_contest};

@@ -122,7 +122,7 @@ StageResult run_diagnosis(const Campaign& measured, const Json& p) {
 
 Stage diagnose_stage() {
   return {.name = "diagnose",
-          .algorithm_version = 11,
+          .algorithm_version = 12,
           .what = "the discrepancy workflow: which physical effect the model is missing",
           .complete = complete_diagnosis,
           .run = run_diagnosis};

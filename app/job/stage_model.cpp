@@ -399,7 +399,7 @@ StageResult run_gp(const Campaign& campaign, const Json& parameters) {
 
 Stage geometry_stage() {
   return {.name = "geometry",
-          .algorithm_version = 10,
+          .algorithm_version = 11,
           .what = "the complete nonlinear model, with named effects if asked for",
           .complete = complete_model,
           .run = run_geometry};
@@ -410,16 +410,18 @@ Stage gp_stage() {
           .algorithm_version = 6,
           .what = "Gaussian-process regression of joint errors",
           .complete = complete_gp,
-          .run = run_gp};
+          .run = run_gp,
+          .serves = serves_measured};
 }
 
 Stage hybrid_stage() {
   return {
       .name = "hybrid",
-      .algorithm_version = 10,
+      .algorithm_version = 11,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
-      .run = run_hybrid};
+      .run = run_hybrid,
+      .serves = serves_measured};
 }
 
 }  // namespace trammel::job

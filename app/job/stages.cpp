@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/calibrate/joint_error.hpp"
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/epochs.hpp"
 #include "core/units.hpp"
@@ -15,6 +16,8 @@ namespace {
 constexpr const char* kWithoutSuspects = "without_suspects";
 
 }
+
+void serves_measured(const Machine& machine) { require_all_measured(machine); }
 
 std::span<const Stage> stages() {
   static const std::vector<Stage> all = {lsq_stage(),     geometry_stage(), idw_stage(),
