@@ -81,16 +81,6 @@ std::array<bool, kChains> seen_drives(const NominalMachine& machine) {
   return seen;
 }
 
-/// The drives that the last move to home is of: it stands on the line of each.
-std::array<bool, kChains> moved_home(const Conditions& at) {
-  const Displacements move = (at.cmd_mm - at.from_mm).cwiseAbs();
-  std::array<bool, kChains> moved = {};
-  for (int i = 0; i < kChains; ++i) {
-    moved[static_cast<std::size_t>(i)] = move[i] > std::max(kMovesMm, move.maxCoeff() / 2);
-  }
-  return moved;
-}
-
 int least_runs(const std::vector<RailTarget>& targets, bool up) {
   std::size_t least = SIZE_MAX;
   for (const RailTarget& t : targets) least = std::min(least, (up ? t.up : t.down).size());
@@ -255,28 +245,30 @@ std::vector<RailTargets> rail_targets(const Machine& machine, std::span<const Re
   const std::array<bool, kChains> seen = seen_drives(solver);
   std::array<std::map<long long, RailTarget>, kChains> found;
   std::array<std::map<int, int>, kChains> epochs;
+  int last = -1;
   for (const Reading& r : readings) {
     if (!r.measured) continue;
     const InverseResult wanted = solver.drives(r.target);
-    if (!wanted.ok()) continue;
-    const int alone = rail_alone(wanted.l_mm - home.l_mm);
-    std::array<bool, kChains> rails = {};
-    if (alone == kChains) rails = moved_home(r.conditions);
-    if (alone >= 0 && alone < kChains) rails[static_cast<std::size_t>(alone)] = true;
-    for (std::size_t i = 0; i < kChains; ++i) {
-      const auto rail = static_cast<Eigen::Index>(i);
-      const double move_mm = r.conditions.cmd_mm[rail] - r.conditions.from_mm[rail];
-      if (!rails[i] || !seen[i] || std::abs(move_mm) <= kMovesMm) continue;
-      const InverseResult attained = solver.drives(as_far_as_measured(machine, r));
-      if (!attained.ok()) {
-        throw InputError({.what = "a measured pose is out of nominal reach",
-                          .where = {.point = "seq " + std::to_string(r.seq)}});
-      }
-      RailTarget& target = found[i][std::llround(wanted.l_mm[rail] / kAloneMm)];
-      target.position_mm = wanted.l_mm[rail];
-      (move_mm > 0 ? target.up : target.down).push_back(attained.l_mm[rail] - wanted.l_mm[rail]);
-      ++epochs[i][r.conditions.epoch];
+    if (!wanted.ok()) {
+      last = -1;
+      continue;
     }
+    const int alone = rail_alone(wanted.l_mm - home.l_mm);
+    const int rail = machine.kind->n_chains == 1 ? 0 : alone == kChains ? last : alone;
+    last = rail;
+    if (rail < 0 || !seen[static_cast<std::size_t>(rail)]) continue;
+    const double move_mm = r.conditions.cmd_mm[rail] - r.conditions.from_mm[rail];
+    if (std::abs(move_mm) <= kMovesMm) continue;
+    const InverseResult attained = solver.drives(as_far_as_measured(machine, r));
+    if (!attained.ok()) {
+      throw InputError({.what = "a measured pose is out of nominal reach",
+                        .where = {.point = "seq " + std::to_string(r.seq)}});
+    }
+    const auto i = static_cast<std::size_t>(rail);
+    RailTarget& target = found[i][std::llround(wanted.l_mm[rail] / kAloneMm)];
+    target.position_mm = wanted.l_mm[rail];
+    (move_mm > 0 ? target.up : target.down).push_back(attained.l_mm[rail] - wanted.l_mm[rail]);
+    ++epochs[i][r.conditions.epoch];
   }
   std::vector<RailTargets> rails;
   for (std::size_t i = 0; i < kChains; ++i) {

@@ -56,10 +56,10 @@ OneWay iso230_one_way(std::span<const RailTarget> targets, bool up);
 BothWays iso230_both_ways(std::span<const RailTarget> targets);
 
 /// The targets of each rail among `readings`: those whose target pose displaces one rail alone from
-/// home, and home for each rail that the last move there was of (of a lattice all, of a walk along
-/// one rail that one). A rail that what is measured does not locate has none. The rail's deviation
-/// is the nominal inverse kinematics of the measured pose less that of the target pose, the
-/// position the rail was to take: without compensation that is the command.
+/// home (a target at home belongs to the rail measured before it), and that what is measured
+/// locates. The rail's deviation is the
+/// nominal inverse kinematics of the measured pose less that of the target pose, the position the
+/// rail was to take: without compensation that is the command.
 struct RailTargets {
   int rail = 0;  // from 1
   int n_epochs = 1;
