@@ -1,7 +1,10 @@
 #include "app/cli/approach.hpp"
 
+#include <fmt/format.h>
+
 #include <map>
 
+#include "app/terminal/counted.hpp"
 #include "core/error.hpp"
 
 namespace trammel::cli {
@@ -22,6 +25,18 @@ Approach parse_approach(const std::string& text) {
          .expected = "one of + - 0 for each drive, as '+-0', or '+-' on a stage of two"});
   }
   return approach;
+}
+
+void require_drives(const Approach& approach, const Machine& machine) {
+  const int n = machine.kind->n_chains;
+  for (int i = n; i < kChains; ++i) {
+    if (approach[static_cast<std::size_t>(i)] == 0) continue;
+    throw UsageError({.what = fmt::format("an {} machine has {}", machine.kind->name,
+                                          terminal::counted(static_cast<std::size_t>(n), "drive")),
+                      .where = {.field = "--approach"},
+                      .got = approach_text(approach),
+                      .expected = "one of + - 0 for each"});
+  }
 }
 
 std::string approach_text(const Approach& approach) {

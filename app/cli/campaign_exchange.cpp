@@ -34,13 +34,15 @@ void require_used(const CampaignImportOptions& o) {
     bool given, used;
     const char* with;
   };
-  const std::array<Use, 7> uses = {
+  const std::array<Use, 9> uses = {
       {{"--unit", !p.unit.empty(), either, "--grid or --axis"},
        {"--only", !p.only.empty(), axis, "--axis"},
        {"--runs", !p.runs.empty(), axis, "--axis"},
        {"--in-order", p.in_order, grid, "--grid"},
        {"--fit-every", p.fit_every != 1, either, "--grid or --axis"},
        {"--sigma-xy", p.sigma_xy_mm.has_value(), either, "--grid or --axis"},
+       {"--instrument", p.instrument != PositionsGiven{}.instrument, either, "--grid or --axis"},
+       {"--instrument-u", p.instrument_u_mm.has_value(), either, "--grid or --axis"},
        {"--sigma-phi", p.sigma_phi_deg.has_value(), grid && p.sigma_xy_mm,
         "--grid and --sigma-xy"}}};
   for (const Use& use : uses) {
@@ -243,6 +245,14 @@ void setup_campaign_exchange(Command app, Context& context) {
   import.option("--sigma-xy", in->positions.sigma_xy_mm,
                 "grid, axis: one sigma of a measured position, mm (from repeats)");
   import.option("--sigma-phi", in->positions.sigma_phi_deg, "grid: of a measured angle, deg");
+  import
+      .option("--instrument", in->positions.instrument,
+              "grid, axis: what measured, for the budget of uncertainties: interferometer, "
+              "grid-encoder, tracker")
+      .one_of({"interferometer", "grid-encoder", "tracker", "unknown"})
+      .shown_default();
+  import.option("--instrument-u", in->positions.instrument_u_mm,
+                "grid, axis: its standard uncertainty by calibration, mm");
   import.option("--name", in->name, "Name it is stored under (default: as the file says)")
       .type("NAME");
   import

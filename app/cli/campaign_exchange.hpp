@@ -17,6 +17,8 @@ struct PositionsGiven {
   bool in_order = false;
   int fit_every = 1;
   std::optional<double> sigma_xy_mm, sigma_phi_deg;
+  std::string instrument = "unknown";  // that made the table; whose standard uncertainty may be
+  std::optional<double> instrument_u_mm;
 };
 
 struct CampaignImportOptions {

@@ -12,6 +12,32 @@
 
 namespace trammel::cli {
 
+std::vector<double> numbers_of(const Machine& machine, const std::vector<std::string>& typed,
+                               const char* field) {
+  std::vector<double> all;
+  for (const std::string& word : typed) {
+    int count = 0;
+    for (std::size_t from = 0; from <= word.size(); ++count) {
+      const std::size_t to = std::min(word.find(',', from), word.size());
+      const auto number = parse_number(std::string_view(word).substr(from, to - from));
+      if (!number) {
+        throw UsageError({.what = "no number", .where = {.field = field}, .got = word});
+      }
+      all.push_back(*number);
+      from = to + 1;
+    }
+    if (count > 1 && count != machine.kind->n_chains) {
+      throw UsageError({.what = "not a pose of this machine",
+                        .where = {.field = field},
+                        .got = word,
+                        .expected = fmt::format("{} numbers of an {} machine: {}",
+                                                machine.kind->n_chains, machine.kind->name,
+                                                "x mm, y mm, phi deg, as far as it has them")});
+    }
+  }
+  return all;
+}
+
 std::vector<Eigen::Vector3d> groups(const Machine& machine, const std::vector<double>& values,
                                     const char* field) {
   const auto n = static_cast<std::size_t>(machine.kind->n_chains);

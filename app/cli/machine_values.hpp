@@ -8,6 +8,11 @@
 
 namespace trammel::cli {
 
+/// Numbers typed apart or with commas. Throws UsageError where those of one word, "10,5,3", are not
+/// one pose of the machine, or no numbers.
+std::vector<double> numbers_of(const Machine& machine, const std::vector<std::string>& typed,
+                               const char* field);
+
 /// As many numbers at a time as the machine has drives; 0 for those it has not. Throws UsageError
 /// that names `field` for a group that is not whole and a number that is not finite.
 /// Proof of all: mechanism_test.cpp, any_machine_test.cpp.

@@ -1,6 +1,7 @@
 #include "app/cli/mechanism.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -85,9 +86,19 @@ Json machine_fields(const Machine& machine) {
   return alike ? mechanism_json(mechanism_of(machine)) : machine_json(machine);
 }
 
-std::string ranks_text(const std::vector<MachineRank>& ranks) {
-  std::string text =
-      "what readings of all coordinates can show of the parameters, however precise:";
+/// "all coordinates", "x", "x and phi": what the machine has of them and an instrument reads.
+std::string measured_words(const Machine& machine) {
+  std::vector<std::string_view> names;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(machine.kind->n_chains); ++c) {
+    if (machine.measured[c]) names.push_back(kCoordinateNames[c]);
+  }
+  if (std::ssize(names) == machine.kind->n_chains) return "all coordinates";
+  return fmt::format("{}", fmt::join(names, " and "));
+}
+
+std::string ranks_text(const Machine& machine, const std::vector<MachineRank>& ranks) {
+  std::string text = fmt::format("what readings of {} can show of the parameters, however precise:",
+                                 measured_words(machine));
   for (const MachineRank& r : ranks) {
     text +=
         fmt::format("\n  orientation {}: rank {} of {}{}", r.orientation, r.of.rank,
@@ -136,7 +147,7 @@ ExitCode run_check(const MechanismOptions& options, Context& context) {
         "{}, {}\nhome: l = {} mm, {:.1f} mm of stroke left, singularity "
         "margin {:.3f} (0 singular, 1 best)\n{}",
         machine.kind->name, drives_text(machine), cells_of(machine, home.at.q_mm, 0, 4, ", "),
-        home.stroke_left_mm, home.singularity.margin(), ranks_text(ranks)));
+        home.stroke_left_mm, home.singularity.margin(), ranks_text(machine, ranks)));
   }
   return ExitCode::ok;
 }

@@ -61,10 +61,10 @@ ExitCode run_sensitivity(const MapOptions& options, Context& context) {
   Json rows = Json::array();
   std::string text = fmt::format(
       "share of each error source in the pose error, mean of {} poses (Eq. 20)\n"
-      "errors of {:g} deg and {:g} mm; grid of +-{:g} mm every {:g} mm at phi {:g} deg\n"
+      "errors of {:g} deg and {:g} mm; grid of +-{:g} mm every {:g} mm{}\n"
       "source      share of dx",
       poses.size(), options.angle_deg, options.length_mm, grid.half_width_mm, grid.step_mm,
-      options.phi_deg);
+      machine.kind->has_point_platform() ? "" : fmt::format(" at phi {:g} deg", options.phi_deg));
   for (std::size_t i = 1; i < n; ++i) text += fmt::format("   of d{}", kCoordinateNames[i]);
   text += "\n";
   Eigen::MatrixXd of_chain = Eigen::MatrixXd::Zero(shares.of.rows(), machine.kind->n_chains);
@@ -93,7 +93,8 @@ ExitCode run_sensitivity(const MapOptions& options, Context& context) {
 }
 
 /// One character per cell: how far from singular in tenths, or why it cannot be reached.
-std::string map_text(const std::vector<WorkspaceCell>& map, const WorkspaceGrid& grid) {
+std::string map_text(const Machine& machine, const std::vector<WorkspaceCell>& map,
+                     const WorkspaceGrid& grid) {
   const std::map<Reach::Status, char> kSigns = {{Reach::Status::unreachable, '.'},
                                                 {Reach::Status::limit, '-'},
                                                 {Reach::Status::not_finite, '?'},
@@ -113,15 +114,20 @@ std::string map_text(const std::vector<WorkspaceCell>& map, const WorkspaceGrid&
   for (const std::string& line : lines) text += line + "\n";
   const auto n_ok = std::count_if(map.begin(), map.end(),
                                   [](const WorkspaceCell& cell) { return cell.reach.ok(); });
-  const double edge = map.back().pose.x_mm;
-  return text +
-         fmt::format(
-             "x from {:g} to {:g} mm to the right, y from {:g} to {:g} mm upwards, every {:g} mm; "
-             "phi {:g} deg\n"
-             "digits: singularity margin in tenths; '-': beyond a stroke limit; 'x': singular, or "
-             "beyond a singularity in the other assembly; '.': out of reach\n"
-             "{} of {} poses are reachable",
-             -edge, edge, -edge, edge, grid.step_mm, deg_from_rad(grid.phi_rad), n_ok, map.size());
+  text += fmt::format("x from {:g} to {:g} mm to the right", map.front().pose.x_mm,
+                      map.back().pose.x_mm);
+  if (machine.kind->n_chains > 1) {
+    text += fmt::format(", y from {:g} to {:g} mm upwards", map.front().pose.y_mm,
+                        map.back().pose.y_mm);
+  }
+  text += fmt::format(", every {:g} mm", grid.step_mm);
+  if (!machine.kind->has_point_platform())
+    text += fmt::format("; phi {:g} deg", deg_from_rad(grid.phi_rad));
+  return text + fmt::format(
+                    "\ndigits: singularity margin in tenths; '-': beyond a stroke limit; 'x': "
+                    "singular, or beyond a singularity in the other assembly; '.': out of reach\n"
+                    "{} of {} poses are reachable",
+                    n_ok, map.size());
 }
 
 /// A lattice as wide and as fine, on the same machine.
@@ -136,7 +142,7 @@ ExitCode run_workspace(const MapOptions& options, Context& context) {
   const WorkspaceGrid grid = grid_of(machine, options);
   const auto map = workspace(machine, grid);
   if (!context.json) {
-    context.print(map_text(map, grid));
+    context.print(map_text(machine, map, grid));
     suggest_lattice(grid, context);
     return ExitCode::ok;
   }
@@ -153,10 +159,9 @@ ExitCode run_workspace(const MapOptions& options, Context& context) {
     }
     cells.push_back(row);
   }
-  context.print("mechanism-workspace", {{"phi_deg", options.phi_deg},
-                                        {"n_cells", map.size()},
-                                        {"n_reachable", n_ok},
-                                        {"cells", cells}});
+  Json found = {{"n_cells", map.size()}, {"n_reachable", n_ok}, {"cells", cells}};
+  if (!machine.kind->has_point_platform()) found["phi_deg"] = options.phi_deg;
+  context.print("mechanism-workspace", found);
   return ExitCode::ok;
 }
 

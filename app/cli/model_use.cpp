@@ -43,7 +43,7 @@ struct Circumstances {
 
 struct PredictOptions {
   std::string campaign, version;
-  std::vector<double> poses;
+  std::vector<std::string> poses;
   std::string commands;
   std::string approach = "000";
   Circumstances at;
@@ -88,10 +88,12 @@ Reach::Status assembly_status(const Reach& at) {
 /// Commands that a controller without correction gives for the poses.
 std::vector<Question> commands_for(const Machine& machine, const PredictOptions& options) {
   const Approach approach = parse_approach(options.approach);
+  require_drives(approach, machine);
   const MachineSolver solver(machine);
   Displacements before_mm = solver.drives(machine.home).l_mm;
   std::vector<Question> all;
-  for (const Eigen::Vector3d& typed : typed_poses(machine, options.poses, "--pose")) {
+  for (const Eigen::Vector3d& typed :
+       typed_poses(machine, numbers_of(machine, options.poses, "--pose"), "--pose")) {
     const Pose pose = pose_on(machine, typed);
     const InverseResult at = solver.drives(pose);
     if (!at.ok()) out_of_reach(all.size() + 1, at.chain);
@@ -451,8 +453,7 @@ void setup_predict(Command model, Context& context) {
   c.option("--pose", o->poses,
            "x mm,y mm,phi deg, as far as the machine has them (repeatable): commanded to a "
            "controller without correction, one "
-           "after the other from home")
-      .delimiter(',');
+           "after the other from home");
   c.option("--approach", o->approach, "Of every pose: +, - or 0 (as it comes) per drive")
       .shown_default();
   c.option("--commands", o->commands, "CSV with cmd_l1_mm, … of each drive, as readings.csv")

@@ -125,8 +125,12 @@ T named(const std::vector<std::pair<std::string, T>>& values, const std::string&
 job::GridRequest grid_of(const CreateOptions& o, const Bounds& bounds) {
   job::GridRequest grid = o.grid;
   grid.hull = bounds.hull;
+  const Machine machine = bounds.machine.value_or(machine_of(paper_mechanism()));
   grid.approaches.clear();
-  for (const std::string& text : o.approaches) grid.approaches.push_back(parse_approach(text));
+  for (const std::string& text : o.approaches) {
+    grid.approaches.push_back(parse_approach(text));
+    require_drives(grid.approaches.back(), machine);
+  }
   grid.order = named(job::orders(), o.order);
   grid.criterion = named(job::criteria(), o.criterion);
   grid.set = o.set == "validate" ? ReadingSet::validate : ReadingSet::identify;

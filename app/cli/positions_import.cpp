@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/files/budget_json.hpp"
 #include "app/files/files.hpp"
+#include "app/files/json_file.hpp"
 #include "app/files/machine_json.hpp"
 #include "app/files/positions_campaign.hpp"
 #include "app/terminal/counted.hpp"
@@ -62,6 +64,7 @@ std::string positions_text(const PositionsFile& file, const Campaign& campaign) 
     text += fmt::format("sets        {} to fit, {} to validate\n", fitted,
                         campaign.readings.size() - static_cast<std::size_t>(fitted));
   }
+  text += fmt::format("instrument  {}\n", budget_facts(campaign).instrument);
   for (const char* fact : {"machine", "approach"}) {
     const auto at = campaign.facts.find(fact);
     if (at != campaign.facts.end()) text += fmt::format("{:<11} {}\n", fact, at->second);
@@ -78,6 +81,10 @@ ExitCode import_positions(const CampaignImportOptions& o, Context& context) {
                                                                          .one_axis = one_axis,
                                                                          .runs = o.positions.runs});
   Campaign campaign = campaign_of_positions(file, use_of(o));
+  Json budget = {{"instrument", o.positions.instrument}};
+  if (o.positions.instrument_u_mm) budget["instrument_u_mm"] = *o.positions.instrument_u_mm;
+  const JsonFile stated = parse_json(budget.dump(), "--instrument");
+  campaign.facts[kBudgetFact] = read_budget(Fields(stated));
   return import_campaign({.campaign = campaign,
                           .store_it =
                               [&](store::Connection& db) {

@@ -73,7 +73,7 @@ bool asked_here(const std::string& ask, const Context& context) {
 protocol::Outcome execute(const protocol::Protocol& protocol,
                           const std::vector<std::string>& confirmed, const Context& context) {
   const protocol::Requests requests = protocol::requests_of(protocol);
-  std::vector<protocol::StepOutcome> unsafe = protocol::preflight(protocol, requests);
+  std::vector<protocol::StepOutcome> unsafe = protocol::preflight(protocol, requests, nullptr);
   std::erase_if(unsafe, [](const auto& step) { return step.code == ExitCode::ok; });
   for (const protocol::StepOutcome& step : unsafe) tell(step, "refused", context);
   if (!unsafe.empty()) return {.steps = unsafe, .code = unsafe.front().code};
@@ -138,14 +138,17 @@ void write_unless_there(const std::filesystem::path& path, std::string_view cont
   if (!std::filesystem::exists(path)) write_output(path, content, Existing::refuse);
 }
 
+/// The database, to be read, where there is one yet.
+std::optional<store::Connection> laboratory_there(const Context& context) {
+  if (!std::filesystem::exists(context.db())) return std::nullopt;
+  return store::open(context.db(), store::Access::read_only);
+}
+
 std::vector<protocol::StepOutcome> planned_steps(const protocol::Protocol& protocol,
                                                  const Context& context) {
   const protocol::Requests requests = protocol::requests_of(protocol);
-  if (!std::filesystem::exists(context.db())) {
-    return protocol::dry_run(nullptr, protocol, requests);
-  }
-  store::Connection connection = store::open(context.db(), store::Access::read_only);
-  return protocol::dry_run(&connection, protocol, requests);
+  std::optional<store::Connection> laboratory = laboratory_there(context);
+  return protocol::dry_run(laboratory ? &*laboratory : nullptr, protocol, requests);
 }
 
 /// "left to measure: 1:02:03 h, without the points that diagnoses will suggest".
@@ -262,7 +265,9 @@ std::size_t write_records(const protocol::Protocol& protocol, const protocol::Re
 ExitCode check_protocol(const ProtocolOptions& options, Context& context) {
   const protocol::Protocol protocol = protocol::read_protocol(options.file);
   const protocol::Requests requests = protocol::requests_of(protocol);
-  std::vector<protocol::StepOutcome> steps = protocol::preflight(protocol, requests);
+  std::optional<store::Connection> laboratory = laboratory_there(context);
+  std::vector<protocol::StepOutcome> steps =
+      protocol::preflight(protocol, requests, laboratory ? &*laboratory : nullptr);
   bool safe = true;
   for (protocol::StepOutcome& step : steps) {
     safe = safe && step.violations.empty();

@@ -150,8 +150,12 @@ ExitCode run_run(const RunOptions& options, Context& context) {
     }
   }
   if (options.dry_run) {
-    const session::Outcome outcome =
-        session::dry_run(request, dry_correction(options, request.plan, context));
+    std::optional<store::Connection> there;
+    if (std::filesystem::exists(context.db())) {
+      there.emplace(store::open(context.db(), store::Access::read_only));
+    }
+    const session::Outcome outcome = session::dry_run(
+        request, dry_correction(options, request.plan, context), {}, there ? &*there : nullptr);
     say_dry(outcome, context);
     say_duration(outcome, context);
     say_check(options, request, outcome, context);

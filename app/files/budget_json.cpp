@@ -24,6 +24,11 @@ constexpr std::array<Entry, 7> kEntries = {{
 
 BudgetFacts facts_of(Fields& fields) {
   BudgetFacts facts;
+  facts.instrument = fields.text("instrument", facts.instrument);
+  if (find_instrument(facts.instrument) == nullptr) {
+    fields.refuse("instrument", "no such instrument: " + facts.instrument,
+                  "tracker, interferometer, grid-encoder or unknown");
+  }
   for (const Entry& entry : kEntries) {
     facts.*entry.value = fields.optional_number(entry.name);
     const auto& value = facts.*entry.value;
@@ -44,6 +49,7 @@ BudgetFacts facts_of(Fields& fields) {
 std::string read_budget(Fields fields) {
   const BudgetFacts facts = facts_of(fields);
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  if (facts.instrument != BudgetFacts{}.instrument) json["instrument"] = facts.instrument;
   for (const Entry& entry : kEntries) {
     if (const auto& value = facts.*entry.value) json[entry.name] = *value;
   }

@@ -105,13 +105,16 @@ Correction correction_of(const LsqResult& result, const Mechanism& mechanism) {
   return ModelCorrection{robot};
 }
 
+void serves_prr(const Machine& machine) {
+  if (machine.kind->chain == &kPrrChain) return;
+  throw InputError({.what = "lsq is the paper's least squares, of the 18 parameters of a 3-PRR",
+                    .got = std::string(machine.kind->name),
+                    .expected = "a campaign of a 3-PRR",
+                    .hint = "`trammel calibrate geometry` fits every kind of machine"});
+}
+
 StageResult run_lsq(const Campaign& campaign, const Json& parameters) {
-  if (campaign.machine.kind->chain != &kPrrChain) {
-    throw InputError({.what = "lsq is the paper's least squares, of the 18 parameters of a 3-PRR",
-                      .got = std::string(campaign.machine.kind->name),
-                      .expected = "a campaign of a 3-PRR",
-                      .hint = "`trammel calibrate geometry` fits every kind of machine"});
-  }
+  serves_prr(campaign.machine);
   const NoiseLevel noise = noise_level(campaign);
   const LsqOptions options = options_of(parameters);
   std::vector<std::string> epoch_words;
@@ -161,7 +164,8 @@ Stage lsq_stage() {
           .algorithm_version = 10,
           .what = "the paper's linear least squares on all readings, with its rank",
           .complete = complete_lsq,
-          .run = run_lsq};
+          .run = run_lsq,
+          .serves = serves_prr};
 }
 
 }  // namespace trammel::job

@@ -157,7 +157,8 @@ Stage idw_stage() {
           .algorithm_version = 8,
           .what = "inverse distance weighting of joint errors",
           .complete = complete_idw,
-          .run = run_idw};
+          .run = run_idw,
+          .serves = serves_measured};
 }
 
 Stage rbf_stage() {
@@ -165,7 +166,8 @@ Stage rbf_stage() {
           .algorithm_version = 8,
           .what = "a Gaussian network of joint errors",
           .complete = complete_rbf,
-          .run = run_rbf};
+          .run = run_rbf,
+          .serves = serves_measured};
 }
 
 }  // namespace trammel::job

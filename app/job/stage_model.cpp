@@ -417,7 +417,8 @@ Stage gp_stage() {
           .algorithm_version = 7,
           .what = "Gaussian-process regression of joint errors",
           .complete = complete_gp,
-          .run = run_gp};
+          .run = run_gp,
+          .serves = serves_measured};
 }
 
 Stage hybrid_stage() {
@@ -426,7 +427,8 @@ Stage hybrid_stage() {
       .algorithm_version = 11,
       .what = "the physical model first, a Gaussian process on what it leaves, where that helps",
       .complete = complete_hybrid,
-      .run = run_hybrid};
+      .run = run_hybrid,
+      .serves = serves_measured};
 }
 
 }  // namespace trammel::job

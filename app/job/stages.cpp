@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/files/numbers.hpp"
+#include "core/calibrate/joint_error.hpp"
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/epochs.hpp"
 #include "core/units.hpp"
@@ -16,6 +17,8 @@ namespace {
 constexpr const char* kWithoutSuspects = "without_suspects";
 
 }
+
+void serves_measured(const Machine& machine) { require_all_measured(machine); }
 
 std::span<const Stage> stages() {
   static const std::vector<Stage> all = {lsq_stage(),     geometry_stage(), idw_stage(),

@@ -26,6 +26,8 @@ struct Stage {
   Json (*complete)(const Json& given);
   /// Fits the identify rows of `campaign`. `parameters` are complete.
   StageResult (*run)(const Campaign& campaign, const Json& parameters);
+  /// Refuses a machine that the stage does not serve, with what does (InputError); null: all.
+  void (*serves)(const Machine& machine) = nullptr;
 };
 
 /// Refuses the number `name` of `all` outside its bounds, with what it is (InputError).
@@ -60,6 +62,9 @@ struct MapRows {
   EpochShifts shifts;
 };
 MapRows map_rows(const Campaign& campaign, const Json& parameters, StageResult& out);
+
+/// Of maps: every coordinate that the machine moves is measured.
+void serves_measured(const Machine& machine);
 
 Stage lsq_stage();
 Stage idw_stage();

@@ -360,10 +360,19 @@ Requests requests_of(const Protocol& protocol) {
     if (!protocol.published.empty()) request.facts[kPublishedFact] = protocol.published;
     requests[step.name] = request;
   }
+  for (const Step& step : protocol.steps) {
+    const auto* calibrate = std::get_if<CalibrateStep>(&step.what);
+    if (calibrate == nullptr) continue;
+    const job::Stage& stage = job::find_stage(calibrate->method);
+    for (const auto& [devices, machine] : machines) {
+      if (stage.serves != nullptr) stage.serves(machine);
+    }
+  }
   return requests;
 }
 
-std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& requests) {
+std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& requests,
+                                   store::Connection* connection) {
   std::vector<StepOutcome> steps;
   for (const Step& step : protocol.steps) {
     const auto* measure = std::get_if<MeasureStep>(&step.what);
@@ -371,7 +380,7 @@ std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& req
     session::Request request = requests.at(step.name);
     const bool recorded = std::filesystem::exists(request.plan_check);
     if (!recorded) request.plan_check.clear();
-    const session::Outcome outcome = session::dry_run(request, NominalCorrection{});
+    const session::Outcome outcome = session::dry_run(request, NominalCorrection{}, {}, connection);
     steps.push_back(outcome_of(step.name, outcome));
     StepOutcome& last = steps.back();
     last.detail = outcome.violations.empty()
@@ -394,7 +403,8 @@ std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& req
 std::vector<StepOutcome> dry_run(store::Connection* connection, const Protocol& protocol,
                                  const Requests& requests) {
   std::map<std::string, StepOutcome> checked;
-  for (const StepOutcome& step : preflight(protocol, requests)) checked[step.name] = step;
+  for (const StepOutcome& step : preflight(protocol, requests, connection))
+    checked[step.name] = step;
   const Look look{connection, protocol, checked};
   std::vector<StepOutcome> steps;
   for (const Step& step : protocol.steps) {

@@ -37,7 +37,8 @@ Requests requests_of(const Protocol& protocol);
 /// Checks the plan of every measure step that has one by now, without correction: an outcome each,
 /// with its violations, what is missing and how long it takes. Nothing is stored. Proof:
 /// tests/app/protocol/any_test.cpp.
-std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& requests);
+std::vector<StepOutcome> preflight(const Protocol& protocol, const Requests& requests,
+                                   store::Connection* connection);
 
 /// Who sits beside a run.
 struct Person {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/terminal/decimals.hpp"
 
 namespace trammel::report {
@@ -17,9 +19,11 @@ std::string budget_text(std::span<const BudgetRow> rows) {
                         decimals + 1, r.distribution, r.source,
                         r.cancels ? "; cancels between before and after" : "");
   }
-  return text + fmt::format("    {:<45}{:>10.{}f}  U = {:.{}f} mm (k = 2) of a coordinate\n",
+  const bool unknown = std::ranges::any_of(
+      rows, [](const BudgetRow& r) { return r.source.find("not known") != std::string::npos; });
+  return text + fmt::format("    {:<45}{:>10.{}f}  U = {:.{}f} mm (k = 2) of a coordinate{}\n",
                             "combined", combined_mm(rows), decimals + 1, 2 * combined_mm(rows),
-                            decimals);
+                            decimals, unknown ? ", without the instrument" : "");
 }
 
 nlohmann::ordered_json budget_json(std::span<const BudgetRow> rows) {

@@ -346,11 +346,19 @@ auto worth(const Report& report, const ErrorTable& table) {
                     !table.after_predicted, -rank_of(report, table), table.before.n);
 }
 
+/// A model to which the diagnosis has added nothing has no named effects.
+std::string named(const Report& report, const std::string& method) {
+  if (method != kModel || report.story.empty() || !report.story.back().effects.empty()) {
+    return method_words(method);
+  }
+  return "the geometry (the diagnosis adds no effect)";
+}
+
 std::string words_for(const Report& report, const ErrorTable& best) {
   if (best.method == "contest" && !report.picked.empty()) {
     return report.picked + ", the contest's pick,";
   }
-  return method_words(best.method);
+  return named(report, best.method);
 }
 
 std::string doubt(const Report& report, const ErrorTable& best) {
@@ -383,7 +391,7 @@ std::string verdict(const Report& report) {
   if (best->standing == Standing::unknown_epoch) {
     return fmt::format(
         "{}, and none that judges {}: {} measured in an epoch that it knows nothing of.",
-        terminal::counted(report.n_readings, "reading"), method_words(best->method),
+        terminal::counted(report.n_readings, "reading"), named(report, best->method),
         points_in_words(best->before.n) + (best->before.n == 1 ? " was" : " were"));
   }
   if (best->before.mean == 0) {
@@ -434,7 +442,7 @@ std::string to_text(const Report& report, const Page& page) {
   if (report.tolerance) text += tolerance_text(*report.tolerance);
   if (combined_mm(report.budget) > 0) {
     text += terminal::heading("What stands behind the uncertainty of " +
-                              method_words(best_table(report)->method)) +
+                              named(report, best_table(report)->method)) +
             budget_text(report.budget);
   }
   if (report.contest) text += contest_text(*report.contest, report.decimals_mm);

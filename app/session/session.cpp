@@ -18,6 +18,7 @@
 #include "core/measure/screen.hpp"
 #include "core/mechanism/machine.hpp"
 #include "store/campaign.hpp"
+#include "store/machine.hpp"
 
 namespace trammel::session {
 
@@ -30,28 +31,31 @@ Correction correction_of(store::Connection& connection, const std::optional<stor
   return surroundings.correction_of(connection, *job);
 }
 
-/// The campaign, made when it is not there. Its mechanism is that of the devices.
+/// The campaign where it is there. Its mechanism is that of the devices, or it is refused.
+std::optional<store::CampaignRow> campaign_of(store::Connection& connection, const Request& request,
+                                              const device::Devices& devices) {
+  const auto row = store::find_campaign(connection, request.campaign);
+  if (!row) return std::nullopt;
+  if (store::load_machine(connection, row->id) != devices.machine) {
+    throw InputError({.what = "the campaign is of another mechanism",
+                      .where = {.field = "campaign"},
+                      .got = request.campaign,
+                      .hint = "choose another campaign name"});
+  }
+  if (row->simulated != devices.simulated) {
+    throw InputError({.what = devices.simulated ? "the campaign is real, and this stage simulated"
+                                                : "the campaign is simulated, and this stage real",
+                      .where = {.field = "campaign"},
+                      .got = request.campaign,
+                      .hint = "choose another campaign name: the two are never mixed"});
+  }
+  return row;
+}
+
+/// The same, made when it is not there.
 store::CampaignRow campaign_for(store::Connection& connection, const Request& request,
                                 const device::Devices& devices) {
-  if (const auto row = store::find_campaign(connection, request.campaign)) {
-    // No session's readings are asked for: the mechanism alone.
-    const auto loaded = store::load_campaign(connection, row->id);
-    if (loaded.campaign.machine != devices.machine) {
-      throw InputError({.what = "the campaign is of another mechanism",
-                        .where = {.field = "campaign"},
-                        .got = request.campaign,
-                        .hint = "choose another campaign name"});
-    }
-    if (row->simulated != devices.simulated) {
-      throw InputError({.what = devices.simulated
-                                    ? "the campaign is real, and this stage simulated"
-                                    : "the campaign is simulated, and this stage real",
-                        .where = {.field = "campaign"},
-                        .got = request.campaign,
-                        .hint = "choose another campaign name: the two are never mixed"});
-    }
-    return *row;
-  }
+  if (const auto row = campaign_of(connection, request, devices)) return *row;
   Campaign campaign;
   campaign.name = request.campaign;
   campaign.simulated = devices.simulated;
@@ -305,9 +309,10 @@ ExitCode Outcome::exit_code() const {
 }
 
 Outcome dry_run(const Request& request, const Correction& correction,
-                const Surroundings& surroundings) {
+                const Surroundings& surroundings, store::Connection* connection) {
   validate(request.policy);
   device::Devices devices = surroundings.open(request.stage, request.tracker);
+  if (connection != nullptr) static_cast<void>(campaign_of(*connection, request, devices));
   std::vector<Displacements> commands;
   return check_whole(request, devices, correction, commands);
 }

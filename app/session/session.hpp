@@ -72,9 +72,10 @@ struct Outcome {
   [[nodiscard]] ExitCode exit_code() const;
 };
 
-/// The whole plan as it would be commanded, checked; nothing is stored and nothing moves.
+/// The whole plan as it would be commanded, checked; nothing is stored and nothing moves. A
+/// campaign that `connection` has is refused as by run (InputError).
 Outcome dry_run(const Request& request, const Correction& correction,
-                const Surroundings& surroundings = {});
+                const Surroundings& surroundings = {}, store::Connection* connection = nullptr);
 
 /// Checks the whole plan, stores the session, then measures point by point: the intent is committed
 /// before the move, readings and attempt = ok in one transaction. Throws InputError when the

@@ -9,6 +9,7 @@
 #include "app/terminal/text.hpp"
 #include "core/units.hpp"
 #include "store/clock.hpp"
+#include "store/machine.hpp"
 #include "store/session.hpp"
 
 namespace trammel::session {
@@ -80,8 +81,12 @@ void take_events(const std::vector<store::Event>& events, const store::SessionRo
   }
 }
 
-Eigen::Vector3d off(const Pose& measured, const Pose& from) {
-  return measured.vector() - from.vector();
+Eigen::Vector3d off(const Pose& pose, const Pose& from, const Coordinates& measured) {
+  Eigen::Vector3d d = pose.vector() - from.vector();
+  for (int c = 0; c < 3; ++c) {
+    if (!measured[static_cast<std::size_t>(c)]) d[c] = 0;
+  }
+  return d;
 }
 
 /// Attempts that are ok, to the point they measured.
@@ -104,8 +109,7 @@ First take_deviations(store::Connection& connection, store::Id campaign, store::
     if (!r.attempt_id || !seq_of.contains(*r.attempt_id) || !reading.measured) continue;
     const int point = seq_of.at(*r.attempt_id);
     first.emplace(point, *reading.measured);
-    const Eigen::Vector3d d = off(*reading.measured, reading.target);
-    status.last.push_back({point, d[0], d[1], deg_from_rad(d[2]), std::hypot(d[0], d[1])});
+    status.last.push_back({point, off(*reading.measured, reading.target, status.measured)});
   }
   if (status.last.size() > SessionStatus::kLast) {
     status.last.erase(status.last.begin(), status.last.end() - SessionStatus::kLast);
@@ -133,10 +137,18 @@ void take_drift(store::Connection& connection, const store::SessionRow& visit, c
     take_time(status.last_utc, a.closed_utc);
     if (!to.contains(a.point_seq) || !first.contains(to[a.point_seq])) continue;
     const int point = to[a.point_seq];
-    const Eigen::Vector3d d = off(*r.data.reading.measured, first.at(point));
-    status.drift.push_back(
-        {point, a.epoch, a.closed_utc, d[0], d[1], deg_from_rad(d[2]), std::hypot(d[0], d[1])});
+    status.drift.push_back({point, a.epoch, a.closed_utc,
+                            off(*r.data.reading.measured, first.at(point), status.measured)});
   }
+}
+
+nlohmann::ordered_json with_off(nlohmann::ordered_json row, const Eigen::Vector3d& off,
+                                const Coordinates& measured) {
+  if (measured[0]) row["x_mm"] = off[0];
+  if (measured[1]) row["y_mm"] = off[1];
+  if (measured[2]) row["phi_deg"] = deg_from_rad(off[2]);
+  row["position_mm"] = off.head<2>().norm();
+  return row;
 }
 
 std::string state_of(const store::SessionRow& row, bool running) {
@@ -176,6 +188,7 @@ SessionStatus status_of(store::Connection& connection, const store::CampaignRow&
   SessionStatus status;
   status.campaign = campaign.name;
   status.simulated = campaign.simulated;
+  status.measured = store::load_machine(connection, campaign.id).measured;
   status.session = row->name;
   status.plan = row->plan_name;
   status.compensated = row->compensated();
@@ -226,20 +239,11 @@ nlohmann::ordered_json status_json(const SessionStatus& s) {
     base.push_back(found);
   }
   for (const SessionStatus::Deviation& d : s.last) {
-    last.push_back({{"point", d.point},
-                    {"x_mm", d.x_mm},
-                    {"y_mm", d.y_mm},
-                    {"phi_deg", d.phi_deg},
-                    {"position_mm", d.position_mm}});
+    last.push_back(with_off({{"point", d.point}}, d.off, s.measured));
   }
   for (const SessionStatus::Drift& d : s.drift) {
-    drift.push_back({{"point", d.point},
-                     {"epoch", d.epoch},
-                     {"at_utc", d.at_utc},
-                     {"x_mm", d.x_mm},
-                     {"y_mm", d.y_mm},
-                     {"phi_deg", d.phi_deg},
-                     {"position_mm", d.position_mm}});
+    drift.push_back(with_off({{"point", d.point}, {"epoch", d.epoch}, {"at_utc", d.at_utc}}, d.off,
+                             s.measured));
   }
   Json json = {{"campaign", s.campaign},
                {"simulated", s.simulated},

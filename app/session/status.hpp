@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/session/base_check.hpp"
+#include "core/mechanism/machine.hpp"
 #include "store/campaign.hpp"
 
 namespace trammel::session {
@@ -36,10 +37,13 @@ struct SessionStatus {
   bool stalled = false;
   double stall_after_s = 0;
 
+  /// Of the coordinates, those below: the rest of a deviation and of a drift is 0, and is not
+  /// shown.
+  Coordinates measured = {true, true, true};
+
   struct Deviation {  // measured minus target
     int point = 0;
-    double x_mm = 0, y_mm = 0, phi_deg = 0;
-    double position_mm = 0;
+    Eigen::Vector3d off = Eigen::Vector3d::Zero();  // mm, mm, rad
   };
   std::vector<Deviation> last = {};  // up to kLast, oldest first
 
@@ -50,8 +54,7 @@ struct SessionStatus {
     int point = 0;
     int epoch = 0;
     std::string at_utc;
-    double x_mm = 0, y_mm = 0, phi_deg = 0;
-    double position_mm = 0;
+    Eigen::Vector3d off = Eigen::Vector3d::Zero();  // mm, mm, rad
   };
   std::vector<Drift> drift = {};  // in the order they were measured
 

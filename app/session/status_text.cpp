@@ -8,6 +8,7 @@
 #include "app/session/status.hpp"
 #include "app/terminal/progress.hpp"
 #include "app/terminal/text.hpp"
+#include "core/units.hpp"
 
 namespace trammel::session {
 
@@ -58,6 +59,24 @@ std::string base_nests(const SessionStatus& s) {
   return text;
 }
 
+/// Columns of what is measured, and of the length.
+std::string heads(const Coordinates& measured) {
+  std::string text;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (measured[c])
+      text += fmt::format("{:>11}", c == 2 ? "dphi deg" : c == 1 ? "dy mm" : "dx mm");
+  }
+  return text + "    |d| mm\n";
+}
+std::string cells(const Eigen::Vector3d& off, const Coordinates& measured) {
+  std::string text;
+  for (int c = 0; c < 3; ++c) {
+    if (!measured[static_cast<std::size_t>(c)]) continue;
+    text += fmt::format(" {:>10.4f}", c == 2 ? deg_from_rad(off[c]) : off[c]);
+  }
+  return text + fmt::format(" {:>9.4f}\n", off.head<2>().norm());
+}
+
 }  // namespace
 
 std::string status_text(const SessionStatus& s, int width) {
@@ -74,21 +93,16 @@ std::string status_text(const SessionStatus& s, int width) {
                         terminal::clock_text(s.silent_s), terminal::clock_text(s.stall_after_s));
   }
   text += retries(s);
-  if (!s.last.empty()) text += "last deviations      dx mm      dy mm   dphi deg    |d| mm\n";
+  if (!s.last.empty()) text += "last deviations  " + heads(s.measured);
   const std::size_t from = s.last.size() - std::min(s.last.size(), kShown);
   for (std::size_t k = from; k < s.last.size(); ++k) {
-    const auto& d = s.last[k];
-    text +=
-        fmt::format("  point {:<8} {:>10.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point,
-                    rounded(d.x_mm, 4), rounded(d.y_mm, 4), rounded(d.phi_deg, 4), d.position_mm);
+    text += fmt::format("  point {:<9}", s.last[k].point) + cells(s.last[k].off, s.measured);
   }
-  if (!s.drift.empty()) text += "reference points     dx mm      dy mm   dphi deg    |d| mm\n";
+  if (!s.drift.empty()) text += "reference points " + heads(s.measured);
   const std::size_t first = s.drift.size() - std::min(s.drift.size(), kShown);
   for (std::size_t k = first; k < s.drift.size(); ++k) {
     const auto& d = s.drift[k];
-    text +=
-        fmt::format("  {:<5} epoch {:<3} {:>9.4f} {:>10.4f} {:>10.4f} {:>9.4f}\n", d.point, d.epoch,
-                    rounded(d.x_mm, 4), rounded(d.y_mm, 4), rounded(d.phi_deg, 4), d.position_mm);
+    text += fmt::format("  {:<5} epoch {:<3}", d.point, d.epoch) + cells(d.off, s.measured);
   }
   return text + base_nests(s);
 }

@@ -168,6 +168,30 @@ WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading>
       readings, [&](const Reading& r) { return !predict(model, r.conditions).ok(); }));
 }
 
+void hold_unseen(std::vector<FreeParameter>& parameters, const Machine& nominal,
+                 std::span<const Reading> readings, const PoseSigma& sigma) {
+  const RobotModel model = nominal_model(nominal);
+  const Predictor expected(model);
+  const Eigen::Vector3d weight = sigma.of(nominal.measured).cwiseInverse();
+  std::vector<FreeParameter> unseen;
+  for (const FreeParameter& p : parameters) {
+    if (p.kind != FreeParameter::Kind::effect) unseen.push_back(p);
+  }
+  Eigen::VectorXd signal2 = Eigen::VectorXd::Zero(std::ssize(unseen));
+  const auto all_seen = [&] { return (signal2.array() > kLeastSignal * kLeastSignal).all(); };
+  for (std::size_t k = 0; k < readings.size() && !all_seen(); ++k) {
+    const Prediction at = expected.predict(readings[k].conditions);
+    if (!at.ok()) continue;  // of a machine that is far from nominal
+    signal2 +=
+        derivative(model, unseen, readings[k].conditions, at, weight).colwise().squaredNorm();
+  }
+  Eigen::Index next = 0;
+  for (FreeParameter& p : parameters) {
+    if (p.kind == FreeParameter::Kind::effect) continue;
+    p.held = signal2[next++] <= kLeastSignal * kLeastSignal;
+  }
+}
+
 void decorrelate(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const Reading> readings, double rho) {
   if (rho == 0) return;
   for (std::size_t i = readings.size(); i-- > 1;) {
@@ -207,6 +231,7 @@ GeometryFit fit_geometry(const RobotModel& start, std::span<const Reading> readi
   std::optional<double> huber;
   if (options.huber) huber = kHuber[static_cast<std::size_t>(coordinates)];
   fit.parameters = base_parameters(start.nominal, {readings.begin(), readings.end()});
+  hold_unseen(fit.parameters, start.nominal, readings, sigma);
   add_effect_parameters(fit.parameters, start);
   fit.model = start;
   fit.z = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.parameters.size()));

@@ -25,6 +25,14 @@ WhitenedSystem whitened_system(const RobotModel& model, std::span<const Reading>
                                const PoseSigma& sigma,
                                const std::vector<FreeParameter>& parameters);
 
+/// Holds what moves the readings, all together, by less than kLeastSignal sigmas a tolerance at the
+/// nominal machine: of an XY stage of which x alone is measured, all of its y axis. A fit that is
+/// elsewhere would find such a parameter at second order (x errs with x as the product of two
+/// guides' errors) and take up with it what the model lacks. Effects are never held.
+/// Proof: machine_fit_test.cpp.
+void hold_unseen(std::vector<FreeParameter>& parameters, const Machine& nominal,
+                 std::span<const Reading> readings, const PoseSigma& sigma);
+
 /// How many coordinates a reading of the model's machine has.
 int measured_by(const RobotModel& model);
 

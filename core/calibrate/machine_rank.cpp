@@ -58,6 +58,9 @@ Identifiability rank_over(const Machine& machine, const std::vector<Pose>& poses
     const Closures at = closures(machine, drives_at(machine, poses[j]).q_mm, poses[j]);
     ParameterColumns J = error_jacobian(at);
     J.row(2) *= 100;  // mm at 100 mm, as the other rows
+    for (int c = 0; c < n; ++c) {
+      if (!machine.measured[static_cast<std::size_t>(c)]) J.row(c).setZero();
+    }
     A.middleRows(static_cast<Eigen::Index>(j) * n, n) = J.topRows(n).leftCols(A.cols());
   }
   for (Eigen::Index k = 0; k < A.cols(); ++k) {

@@ -22,10 +22,15 @@ ModelUncertainty model_uncertainty(const RobotModel& model, std::span<const Read
                                    const TrackerSigma& sigma) {
   ModelUncertainty out{.model = model, .parameters = {}, .covariance = {}};
   out.parameters = base_parameters(model.nominal, {readings.begin(), readings.end()});
+  hold_unseen(out.parameters, model.nominal, readings, sigma);
   add_effect_parameters(out.parameters, model);
   const WhitenedSystem system = whitened_system(model, readings, sigma, out.parameters);
   const Identifiable known = identifiable(system.jacobian);
-  const auto rows = static_cast<double>(system.residual.size());
+  // rows of what is not measured are 0 and count for nothing
+  const Coordinates& measured = model.nominal.measured;
+  const auto n_readings = static_cast<double>(readings.size());
+  const double rows = n_readings * measured_by(model);
+  const double rows_xy = n_readings * std::max(1, measured[0] + measured[1]);
   const double freedom = rows - static_cast<double>(known.rank);
   const double s2 = freedom > 0 ? std::max(1.0, system.residual.squaredNorm() / freedom) : 1.0;
   const Eigen::Index n = known.directions.rows();
@@ -37,8 +42,8 @@ ModelUncertainty model_uncertainty(const RobotModel& model, std::span<const Read
     phi += system.residual[i + 2] * system.residual[i + 2];
   }
   if (freedom > 0) {
-    out.lack_xy_mm = sigma.xy_mm * lack(xy / (rows * 2 / 3), freedom / rows);
-    out.lack_phi_rad = sigma.phi_rad * lack(phi / (rows / 3), freedom / rows);
+    out.lack_xy_mm = sigma.xy_mm * lack(xy / rows_xy, freedom / rows);
+    out.lack_phi_rad = sigma.phi_rad * lack(phi / n_readings, freedom / rows);
   }
   return out;
 }

@@ -113,7 +113,8 @@ Eigen::Matrix3Xd derivative(const RobotModel& model, const std::vector<FreeParam
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const FreeParameter& p = parameters[j];
     Eigen::Vector3d d = Eigen::Vector3d::Zero();
-    if (p.kind == FreeParameter::Kind::geometry) {
+    if (p.held) {
+    } else if (p.kind == FreeParameter::Kind::geometry) {
       d = at.J_e.col(p.index);
     } else if (p.kind == FreeParameter::Kind::effect) {
       const ActiveEffect& active = model.effects[static_cast<std::size_t>(p.owner)];

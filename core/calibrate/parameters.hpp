@@ -27,6 +27,7 @@ struct FreeParameter {
   double scale = 1;
   std::string name;  // "alpha_1", "l_zero_2 of epoch 2", "lead_scale k_1"
   std::string unit;  // of the report: deg, mm, …
+  bool held = false;  // stays as it is: no reading follows it
 };
 
 /// The complete base of a campaign: the machine's geometry (of a 3-PRR 21), without what acts at

@@ -12,7 +12,7 @@ constexpr const char *kModelRow = "model", *kRepeatsRow = "repeats";
 
 struct Assumed {
   double value = 0;
-  const char* what = "";
+  std::string what = {};
 };
 
 /// What is stated, else what is assumed: nothing of a simulated instrument.
@@ -85,20 +85,35 @@ BudgetRow repeats_row(const NoiseLevel& noise) {
 
 }  // namespace
 
+const Instrument* find_instrument(std::string_view name) {
+  const auto* at = std::ranges::find(kInstruments, name, &Instrument::name);
+  return at == kInstruments.end() ? nullptr : at;
+}
+
 std::vector<BudgetRow> budget_of(const Campaign& campaign, const BudgetFacts& facts,
                                  const NoiseLevel& noise, const std::optional<double>& u_model_mm) {
   const bool simulated = campaign.simulated;
+  const Instrument& instrument = *find_instrument(facts.instrument);
+  const bool unknown = *instrument.from == '\0';
+  const std::string assumed =
+      unknown ? "not known, and not counted" : std::string("assumed ") + instrument.from;
+  const double mpe_mm = instrument.mpe_mm + instrument.mpe_per_mm * longest_mm(campaign.machine);
   std::vector<BudgetRow> rows;
   rows.push_back(facts.instrument_u_mm ? row_of("instrument", facts.instrument_u_mm, "calibration",
                                                 {}, simulated, false)
                                        : row_of("instrument", facts.instrument_mpe_mm, "MPE",
-                                                {0.015, "assumed"}, simulated, true));
+                                                {mpe_mm, assumed}, simulated, true));
   rows.back().cancels = true;
-  rows.push_back(
-      row_of("nests", facts.nests_mm, "reflectors put back", {0.005, "assumed"}, simulated, true));
-  rows.push_back(
-      row_of("frame", facts.frame_u_mm, "registration", {0.005, "assumed"}, simulated, false));
-  rows.back().cancels = true;
+  // what is put back or registered is a row of who does so
+  if (instrument.nests_mm > 0 || facts.nests_mm) {
+    rows.push_back(row_of("nests", facts.nests_mm, "reflectors put back",
+                          {instrument.nests_mm, assumed}, simulated, true));
+  }
+  if (instrument.frame_u_mm > 0 || facts.frame_u_mm) {
+    rows.push_back(row_of("frame", facts.frame_u_mm, "registration",
+                          {instrument.frame_u_mm, assumed}, simulated, false));
+    rows.back().cancels = true;
+  }
   rows.push_back(temperature_row(campaign, facts));
   if (u_model_mm) {
     rows.push_back({.name = kModelRow,

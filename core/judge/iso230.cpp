@@ -7,7 +7,8 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "core/mechanism/machine_solver.hpp"
+#include "core/linear/decompositions.hpp"
+#include "core/mechanism/nominal_machine.hpp"
 
 namespace trammel {
 
@@ -15,6 +16,7 @@ namespace {
 
 constexpr double kAloneMm = 1e-3;  // a rail displaced less stands at home
 constexpr double kMovesMm = 1e-6;  // a last move shorter than this has no direction
+constexpr double kFollows = 0.01;  // of a drive, by a coordinate: less does not say where it stands
 
 struct Runs {
   double mean = 0, s = 0;
@@ -61,6 +63,22 @@ Pose as_far_as_measured(const Machine& machine, const Reading& r) {
     if (machine.measured[static_cast<std::size_t>(c)]) pose[c] = r.measured->vector()[c];
   }
   return Pose::from(pose);
+}
+
+/// Whether what is measured says where a drive stands: what is not moves it by less than 1 % of
+/// itself (mm of drive a mm, or a rad).
+std::array<bool, kChains> seen_drives(const NominalMachine& machine) {
+  const auto J_V = machine.look(machine.machine().home).J_V;
+  const Eigen::Matrix3d dq_dX = inverse(machine.invertible(J_V));
+  std::array<bool, kChains> seen = {};
+  for (std::size_t i = 0; i < kChains; ++i) {
+    seen[i] = static_cast<int>(i) < machine.machine().kind->n_chains;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(machine.machine().kind->n_chains); ++c) {
+      const bool follows = std::abs(dq_dX(static_cast<int>(i), static_cast<int>(c))) > kFollows;
+      seen[i] = seen[i] && (machine.machine().measured[c] || !follows);
+    }
+  }
+  return seen;
 }
 
 int least_runs(const std::vector<RailTarget>& targets, bool up) {
@@ -221,10 +239,10 @@ Reversal reversal_at(const RailTarget& target) {
 }
 
 std::vector<RailTargets> rail_targets(const Machine& machine, std::span<const Reading> readings) {
-  const MachineSolver solver(machine);
-  const int n = machine.kind->n_chains;
+  const NominalMachine solver(machine);
   const InverseResult home = solver.drives(machine.home);
   if (!home.ok()) throw InputError({.what = "the home pose is out of reach"});
+  const std::array<bool, kChains> seen = seen_drives(solver);
   std::array<std::map<long long, RailTarget>, kChains> found;
   std::array<std::map<int, int>, kChains> epochs;
   int last = -1;
@@ -236,9 +254,9 @@ std::vector<RailTargets> rail_targets(const Machine& machine, std::span<const Re
       continue;
     }
     const int alone = rail_alone(wanted.l_mm - home.l_mm);
-    const int rail = n == 1 ? 0 : alone == kChains ? last : alone;
+    const int rail = machine.kind->n_chains == 1 ? 0 : alone == kChains ? last : alone;
     last = rail;
-    if (rail < 0) continue;
+    if (rail < 0 || !seen[static_cast<std::size_t>(rail)]) continue;
     const double move_mm = r.conditions.cmd_mm[rail] - r.conditions.from_mm[rail];
     if (std::abs(move_mm) <= kMovesMm) continue;
     const InverseResult attained = solver.drives(as_far_as_measured(machine, r));

@@ -56,7 +56,8 @@ OneWay iso230_one_way(std::span<const RailTarget> targets, bool up);
 BothWays iso230_both_ways(std::span<const RailTarget> targets);
 
 /// The targets of each rail among `readings`: those whose target pose displaces one rail alone from
-/// home (a target at home belongs to the rail measured before it). The rail's deviation is the
+/// home (a target at home belongs to the rail measured before it), and that what is measured
+/// locates. The rail's deviation is the
 /// nominal inverse kinematics of the measured pose less that of the target pose, the position the
 /// rail was to take: without compensation that is the command.
 struct RailTargets {

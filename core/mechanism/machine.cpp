@@ -155,8 +155,9 @@ void validate(const Machine& machine) {
   }
   require_machine((machine.home.vector().array().abs() <= kLongestMm).all(), "home",
                   std::to_string(machine.home.x_mm), "a pose within 1e5 mm of the origin");
-  require_machine(std::ranges::find(machine.measured, true) != machine.measured.end(), "measured",
-                  "nothing", "one coordinate at least");
+  require_machine(machine.measured[0] || machine.measured[1], "measured",
+                  machine.measured[2] ? "phi alone" : "nothing",
+                  "x or y: by positions everything is judged");
   const Reach home = reach(machine, machine.home);
   if (home.status == Reach::Status::singular) {
     throw InputError({.what = "the machine is singular at home: there its drives do not decide "

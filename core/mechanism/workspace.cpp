@@ -24,8 +24,8 @@ std::vector<Pose> grid_poses(const Machine& machine, const WorkspaceGrid& grid) 
   poses.reserve(static_cast<std::size_t>(cells));
   for (int row = -rows; row <= rows; ++row) {
     for (int column = -count; column <= count; ++column) {
-      poses.push_back(
-          {column * grid.step_mm, line ? machine.home.y_mm : row * grid.step_mm, phi_rad});
+      poses.push_back({machine.home.x_mm + column * grid.step_mm,
+                       machine.home.y_mm + row * grid.step_mm, phi_rad});
     }
   }
   return poses;

@@ -8,7 +8,7 @@
 namespace trammel {
 
 /// A square grid of poses at one orientation, through the origin O_A; of an axis a line of them.
-/// phi stands at home's for a machine that does not turn.
+/// It lies about home; phi stands at home's for a machine that does not turn.
 struct WorkspaceGrid {
   double half_width_mm = 150;
   double step_mm = 10;

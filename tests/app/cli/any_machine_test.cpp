@@ -82,3 +82,102 @@ TEST_CASE(
   CHECK(line.exit_code == 0);
   CHECK_THAT(line.err, Contains("42 points"));  // 21 from either side
 }
+
+TEST_CASE("what nobody measured is not shown of a session, in words or numbers", "[cli]") {
+  const tests::TemporaryFolder folder;
+  folder.write("robot.json", half_seen_stage());
+  const auto at = folder.path();
+  REQUIRE(run_here({"plan", "create", "lattice", "--half-width", "100", "--step", "50",
+                    "--mechanism", "robot.json", "--out", "plan.json"},
+                   at)
+              .exit_code == 0);
+  REQUIRE(
+      run_here({"session", "run", "half", "--plan", "plan.json", "--stage", "sim:robot.json"}, at)
+          .exit_code == 0);
+  CHECK_THAT(run_here({"session", "status", "half"}, at).out,
+             Contains("dx mm") && !Contains("dy mm") && !Contains("dphi"));
+  const auto status =
+      nlohmann::json::parse(run_here({"session", "status", "half", "--json"}, at).out);
+  for (const auto& row : status.at("status").at("last")) {
+    CHECK(row.contains("x_mm"));
+    CHECK_FALSE(row.contains("y_mm"));
+    CHECK_FALSE(row.contains("phi_deg"));
+    CHECK(row.at("position_mm").get<double>() < 1);
+  }
+  CHECK_THAT(run_here({"assess", "half"}, at).out, !Contains("axis 2") && !Contains("AP_y"));
+  CHECK_THAT(run_here({"mechanism", "workspace", "robot.json"}, at).out, !Contains("phi"));
+}
+
+TEST_CASE("a dry run refuses what the run would: another machine, and a method it has not",
+          "[cli]") {
+  const tests::TemporaryFolder folder;
+  const auto at = folder.path();
+  folder.write("robot.json", half_seen_stage());
+  folder.write("other.json",
+               nlohmann::ordered_json{{"format", "robot/1"},
+                                      {"mechanism", machine_json(starting_machine("XY"))},
+                                      {"tracker", {{"sigma_xy_mm", 0.001}}}}
+                   .dump());
+  REQUIRE(run_here({"plan", "create", "lattice", "--half-width", "50", "--step", "50",
+                    "--mechanism", "robot.json", "--out", "plan.json"},
+                   at)
+              .exit_code == 0);
+  const auto run = [&](const char* robot, bool dry) {
+    std::vector<std::string> words = {"session", "run",       "c",
+                                      "--plan",  "plan.json", "--session",
+                                      robot,     "--stage",   std::string("sim:") + robot};
+    if (dry) words.emplace_back("--dry-run");
+    return run_here(words, at);
+  };
+  REQUIRE(run("robot.json", false).exit_code == 0);
+  for (const bool dry : {true, false}) {
+    const auto refused = run("other.json", dry);
+    CHECK(refused.exit_code == 4);
+    CHECK_THAT(refused.err, Contains("the campaign is of another mechanism"));
+  }
+  CHECK(run("robot.json", true).exit_code == 0);  // the control
+  const auto protocol = [&](const char* robot, const char* method) {
+    folder.write("p.json", std::string(R"({"format": "protocol/1", "name": "c", "stage": "sim:)") +
+                               robot + R"(", "steps": [{"name": "fit", "kind": "measure",
+        "plan": "plan.json"}, {"name": "m", "kind": "calibrate", "method": ")" +
+                               method + R"(", "sessions": ["fit"]}]})");
+    return run_here({"protocol", "check", "p.json"}, at);
+  };
+  CHECK(protocol("robot.json", "geometry").exit_code == 0);
+  CHECK_THAT(protocol("other.json", "geometry").err, Contains("another mechanism"));
+  CHECK_THAT(protocol("robot.json", "lsq").err, Contains("trammel calibrate geometry"));
+  CHECK(protocol("robot.json", "lsq").exit_code == 4);
+  CHECK_THAT(protocol("robot.json", "idw").err, Contains("every coordinate"));
+}
+
+TEST_CASE("a word of numbers is one pose, and a direction is one of a drive that is there",
+          "[cli]") {
+  const tests::TemporaryFolder folder;
+  folder.write("robot.json", half_seen_stage());
+  const auto at = folder.path();
+  for (const char* signs : {"+++", "0-+", "++-"}) {
+    const auto refused = run_here({"plan", "create", "lattice", "--approach", signs, "--mechanism",
+                                   "robot.json", "--out", "p.json"},
+                                  at);
+    CHECK(refused.exit_code == 2);
+    CHECK_THAT(refused.err, Contains("an XY machine has 2 drives"));
+  }
+  REQUIRE(run_here({"plan", "create", "lattice", "--half-width", "50", "--step", "50", "--approach",
+                    "+-,--", "--mechanism", "robot.json", "--out", "plan.json"},
+                   at)
+              .exit_code == 0);
+  REQUIRE(run_here({"session", "run", "c", "--plan", "plan.json", "--stage", "sim:robot.json"}, at)
+              .exit_code == 0);
+  REQUIRE(run_here({"diagnose", "c"}, at).exit_code == 0);
+  const auto predict = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"model", "predict", "c", "last"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_here(words, at);
+  };
+  CHECK(predict({"--pose", "10,5"}).exit_code == 0);
+  CHECK(predict({"--pose", "10,5", "-3,4"}).exit_code == 0);
+  for (const char* word : {"10,5,3,4", "10,5,3", "10,", "10,a"}) {
+    CHECK(predict({"--pose", word}).exit_code == 2);
+  }
+  CHECK(predict({"--pose", "10,5", "--approach", "+++"}).exit_code == 2);
+}

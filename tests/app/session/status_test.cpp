@@ -44,8 +44,8 @@ TEST_CASE("a status counts what happened: points, failed tries by class, deviati
   const auto readings = by_point(db, "c", "s");
   for (const auto& d : status.last) {
     const Reading& r = readings.at(d.point);
-    CHECK(d.x_mm == r.measured->x_mm - r.target.x_mm);
-    CHECK(d.position_mm == std::hypot(d.x_mm, d.y_mm));
+    CHECK(d.off.x() == r.measured->x_mm - r.target.x_mm);
+    CHECK(d.off.z() == r.measured->phi_rad - r.target.phi_rad);
   }
   REQUIRE(resume(db, "c", "s", {}).state == State::done);
   status = status_of(db, campaign, "s", std::nullopt);
@@ -57,8 +57,8 @@ TEST_CASE("a status counts what happened: points, failed tries by class, deviati
   REQUIRE(status.drift.size() == 3);
   for (const auto& d : status.drift) {
     CHECK(d.epoch == 2);
-    CHECK(d.position_mm > 0);
-    CHECK(d.position_mm < 0.1);  // the virtual robot comes back; what is left is noise
+    CHECK(d.off.head<2>().norm() > 0);
+    CHECK(d.off.head<2>().norm() < 0.1);  // the virtual robot comes back; what is left is noise
   }
   CHECK(current_session(db, campaign) == "s");
 }

@@ -2,6 +2,8 @@
 // no fit has seen.
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 #include <vector>
 
 #include "core/calibrate/geometry_fit.hpp"
@@ -172,4 +174,64 @@ TEST_CASE("the zero of a parasitic angle belongs to the base, epoch by epoch", "
   const auto fit = fit_geometry(nominal_model(machine), readings, kNoise);
   CHECK(fit.status == GeometryFit::Status::converged);
   CHECK(fit.chi2 < 1.6 * fit.dof);  // 120 - 10: 4 sigmas
+}
+
+TEST_CASE("whatever is measured, what readings cannot show is held, and the rest is plausible",
+          "[calibrate]") {
+  const PoseSigma noise{{0.0005, rad_from_deg(0.0003)}};
+  for (const MachineKind& kind : machine_kinds()) {
+    for (unsigned subset = 1; subset < 8; ++subset) {
+      Machine machine = starting_machine(kind.name);
+      for (std::size_t c = 0; c < 3; ++c) machine.measured[c] = (subset >> c & 1U) != 0;
+      if (subset == 4) {  // phi alone
+        CHECK_THROWS_AS(validate(machine), InputError);
+        continue;
+      }
+      if (machine.measured[2] && !kind.measurable[2]) continue;
+      if (machine.measured[1] && !kind.measurable[1]) continue;
+      INFO(kind.name << " measured " << subset);
+      Random random(11);
+      RobotModel truth = off_nominal(machine, random);
+      if (kind.has_point_platform()) {  // screws that are long, which no geometry explains
+        const Effect& screw = find_effect("lead_scale");
+        truth.effects.push_back({&screw, Eigen::Vector3d(4e-5, kind.n_chains > 1 ? -2e-5 : 0, 0)});
+      }
+      const double turn_rad = kind.has_point_platform() ? 0 : 0.02;
+      const auto fit = fit_geometry(nominal_model(machine),
+                                    measured(truth, 120, turn_rad, random, noise), noise);
+      CHECK(fit.z.allFinite());
+      const auto scaled = scaled_parameters(fit.parameters);
+      const Identifiability known = identifiability(fit.system.jacobian, scaled);
+      for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
+        const FreeParameter& p = fit.parameters[k];
+        INFO(p.name);
+        const auto row = static_cast<Eigen::Index>(k);
+        if (p.held) {
+          CHECK(fit.z[row] == 0);
+          CHECK_FALSE(known.identified[k]);
+          CHECK(std::ranges::any_of(known.null_space, [&](const NullDirection& d) {
+            return d.sentence.starts_with(p.name + " is not identified: no reading depends on it");
+          }));
+        } else if (known.identified[k]) {  // off by its tolerances, and known to its uncertainty
+          CHECK(std::abs(fit.z[row]) < 4 + 4 * std::sqrt(fit.covariance(row, row)));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("of an XY stage of which one coordinate is measured, the other axis is held",
+          "[calibrate]") {
+  for (const std::size_t measured_one : {0U, 1U}) {
+    Machine machine = starting_machine("XY");
+    machine.measured = {measured_one == 0, measured_one == 1, false};
+    Random random(12);
+    RobotModel truth = off_nominal(machine, random);
+    const auto fit = fit_geometry(nominal_model(machine), measured(truth, 40, 0, random), kNoise);
+    std::string held;
+    for (const FreeParameter& p : fit.parameters) {
+      if (p.held) held += p.name + " ";
+    }
+    CHECK(held == (measured_one == 0 ? "gamma_2 l_2 c_2 " : "gamma_1 l_1 c_1 "));
+  }
 }

@@ -87,3 +87,28 @@ TEST_CASE("instrument and frame cancel in an improvement, and all of it where af
   CHECK_THAT(relative_u(rows, 0.2, 0.02, false),
              WithinAbs(both * std::hypot(1 / 0.2, 1 / 0.02), 1e-12));
 }
+
+TEST_CASE("what is assumed is of the instrument that is named, and nothing of an unknown one",
+          "[judge]") {
+  Campaign c = real_campaign();
+  c.machine = starting_machine("X");  // a stroke of 300 mm
+  const auto rows_of = [&](const char* name) {
+    BudgetFacts facts;
+    facts.instrument = name;
+    return budget_of(c, facts, noise_level(c), {});
+  };
+  CHECK_THAT(contribution(rows_of("tracker"), "instrument"),
+             WithinAbs(0.015 / std::sqrt(3.0), 1e-12));
+  CHECK_THAT(contribution(rows_of("interferometer"), "instrument"),
+             WithinAbs(0.5e-6 * 300 / std::sqrt(3.0), 1e-12));
+  CHECK_THAT(contribution(rows_of("grid-encoder"), "instrument"),
+             WithinAbs(0.002 / std::sqrt(3.0), 1e-12));
+  const auto unknown = rows_of("unknown");
+  CHECK(contribution(unknown, "instrument") == 0);
+  CHECK_THAT(unknown.front().source, Contains("not known"));
+  for (const char* name : {"interferometer", "grid-encoder", "unknown"}) {
+    CHECK_THROWS(contribution(rows_of(name), "nests"));  // nothing is put back
+    CHECK_THROWS(contribution(rows_of(name), "frame"));
+  }
+  CHECK(find_instrument("theodolite") == nullptr);
+}

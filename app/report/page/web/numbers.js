@@ -3,7 +3,10 @@ import { both, kSmall } from './chart.js';
 import { binsOf } from './points.js';
 
 const at = (grid, k) => [grid.x_mm + (k % grid.columns) * grid.step_mm, grid.y_mm + Math.floor(k / grid.columns) * grid.step_mm];
-const times = (rows) => [['point', 'x [mm]', 'y [mm]', 'phi [deg]', 'length [mm]'], rows.map((r) => [r.point, r.x_mm, r.y_mm, r.phi_deg, r.position_mm])];
+const times = (rows) => {
+  const columns = [['x [mm]', 'x_mm'], ['y [mm]', 'y_mm'], ['phi [deg]', 'phi_deg'], ['length [mm]', 'position_mm']].filter(([, key]) => rows.length && key in rows[0]);
+  return [['point', ...columns.map(([name]) => name)], rows.map((r) => [r.point, ...columns.map(([, key]) => r[key])])];
+};
 
 // By kind: names of columns, then rows.
 const tables = {

@@ -123,17 +123,17 @@ export function histogram(data, width) {
   };
 }
 
-// Rows {point, x_mm, y_mm, phi_deg, position_mm}: in the order they were measured, phi on the right.
+// Rows {point, x_mm, y_mm, phi_deg, position_mm}, without what is not measured: in the order they were measured, phi on the right.
 function recent(rows, width, nameOf) {
   const parts = [['x [mm]', 'x_mm', '#1b9e77', 'circle'], ['y [mm]', 'y_mm', '#7570b3', 'triangle'], ['length [mm]', 'position_mm', ink, 'rect'],
-    ['phi [deg]', 'phi_deg', colours.before, 'diamond']];
+    ['phi [deg]', 'phi_deg', colours.before, 'diamond']].filter(([, key]) => key in rows[0]);
   const { legend, top } = legendAbove(parts.map(([name]) => name), width);
   return {
     height: top + 188,
     option: {
       ...base, legend, grid: { left: 62, right: 62, top, bottom: 44 },
       xAxis: { type: 'category', data: rows.map(nameOf), name: 'point', nameLocation: 'middle', nameGap: 26, axisLabel: { color: ink, fontSize: 11, hideOverlap: true } },
-      yAxis: [axis('[mm]', { nameGap: 46 }), axis('phi [deg]', { nameGap: 46, splitLine: { show: false } })],
+      yAxis: [axis('[mm]', { nameGap: 46 }), axis('phi_deg' in rows[0] ? 'phi [deg]' : '', { nameGap: 46, splitLine: { show: false } })],
       series: parts.map(([name, key, colour, symbol]) => ({
         type: 'line', name, data: rows.map((r) => r[key]), symbol, symbolSize: 6, yAxisIndex: key === 'phi_deg' ? 1 : 0,
         lineStyle: { width: 1.2, color: colour, type: key === 'phi_deg' ? 'dashed' : 'solid' }, itemStyle: { color: colour },
