@@ -351,7 +351,7 @@ std::string named(const Report& report, const std::string& method) {
   if (method != kModel || report.story.empty() || !report.story.back().effects.empty()) {
     return method_words(method);
   }
-  return "the geometry (the diagnosis adds no effect)";
+  return "the complete geometry";
 }
 
 std::string words_for(const Report& report, const ErrorTable& best) {

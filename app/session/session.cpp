@@ -230,23 +230,29 @@ struct Start {
   double back_s = 0;  // by so much the computer's clock stands before the last stored reading
 };
 
-/// Where the plan's own time begins: as it was to, but other sessions that were measured since put
-/// it off, so that no reading is earlier than the one before.
-double virtual_start_s(store::Connection& connection, const Course& course) {
-  double last_s = course.settings.start_s, own_s = last_s;
+/// Where the plan's own time begins: as it was to, but other sessions that were measured beyond its
+/// next point put it off, so that no reading is earlier than the one before. (Reference points of a
+/// resume have the time of the next point.)
+double virtual_start_s(store::Connection& connection, const Course& course, device::Clock& clock) {
+  const double start_s = course.settings.start_s;
+  double last_s = start_s, own_s = start_s, next_s = INFINITY;
   for (const store::StoredReading& r : store::readings(connection, course.campaign.id)) {
-    const double time_s = r.data.reading.conditions.time_s.value_or(last_s);
+    const double time_s = r.data.reading.conditions.time_s.value_or(start_s);
     last_s = std::max(last_s, time_s);
     if (r.session_id == course.session.id) own_s = std::max(own_s, time_s);
   }
-  return course.settings.start_s + (last_s - own_s);
+  clock.start(course.plan, start_s);
+  for (const PlannedPoint& point : course.plan.points) {
+    if (clock.time_s(point) > own_s) next_s = std::min(next_s, clock.time_s(point));
+  }
+  return last_s > next_s ? start_s + (last_s - own_s) : start_s;
 }
 
 /// The plan's own time goes on where it ended; that of the world has passed by itself, but never
 /// back before the last stored reading.
 Start start_of(store::Connection& connection, const Course& course,
                const device::Devices& devices) {
-  if (devices.virtual_time) return {virtual_start_s(connection, course)};
+  if (devices.virtual_time) return {virtual_start_s(connection, course, *devices.clock)};
   const double age_s = store::campaign_age_s(connection, course.campaign.id);
   double last_s = age_s;
   for (const store::StoredReading& r : store::readings(connection, course.campaign.id))

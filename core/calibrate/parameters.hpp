@@ -25,8 +25,8 @@ struct FreeParameter {
   int owner = 0;  // epoch number, or place in RobotModel::effects
   int index = 0;  // geometry: of parameters_of(kind); epoch: 0..2; effect: its parameter
   double scale = 1;
-  std::string name;  // "alpha_1", "l_zero_2 of epoch 2", "lead_scale k_1"
-  std::string unit;  // of the report: deg, mm, …
+  std::string name;   // "alpha_1", "l_zero_2 of epoch 2", "lead_scale k_1"
+  std::string unit;   // of the report: deg, mm, …
   bool held = false;  // stays as it is: no reading follows it
 };
 

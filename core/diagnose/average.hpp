@@ -24,15 +24,9 @@ struct Average {
   std::vector<double> probability;  // of each effect of the catalogue: weight of the sets with it
   Eigen::VectorXd presence;         // the same of each column of single units
   Eigen::VectorXd value, square;    // E v and E v^2 of each column of single units; 0 where absent
-  Eigen::MatrixXd value_with, square_with;  // the same over the sets with each effect, a row each
-  /// Root mean square distance of the truth from `reported`: choice of the set and noise together;
-  /// the largest of that and those in which one effect that is not ruled out is held to be in with
-  /// probability kHeldIn: two standard deviations then reach where it is, whatever stands against
-  /// it.
+  /// Root mean square distance of the truth from `reported`: choice of the set and noise together.
   [[nodiscard]] double std_about(int column, double reported) const;
 };
-inline constexpr double kNotRuledOut = 0.1;
-inline constexpr double kHeldIn = 2.0 / 3;
 Average average(const Library& library, const std::vector<Candidate>& family,
                 double Candidate::*weight = &Candidate::weight);
 

@@ -41,8 +41,9 @@ constexpr double kShareOfSmall = 0.2;
 constexpr double kShareOfStep = 0.03;  // targets nearer together are one place
 constexpr double kMicrometres = 1e3;   // in a millimetre
 constexpr std::array<double, 5> kLengthUnits = {1e-3, 1 / 25.4, 0.1, kMicrometres, 25.4};
-constexpr double kThird = 1.0 / 3;    // of the rows: where so many are on target, those are poses
-constexpr double kSmoothShare = 0.5;  // of their spread: what a smooth field leaves of errors
+constexpr double kThird = 1.0 / 3;     // of the rows: where so many are on target, those are poses
+constexpr double kSmoothShare = 0.5;   // of their spread: what a smooth field leaves of errors
+constexpr double kFollowsShare = 0.3;  // of their spread: what is left where they follow
 constexpr double kManyOrientations = 10;  // of one: fewer are scatter
 constexpr int kMostRows = 10;             // that columns may be shifted by
 
@@ -338,32 +339,32 @@ class Search {
     }
   }
 
-  /// Orientations alone: what they are off their targets, or those of other rows.
+  /// Orientations alone that do not follow their targets: deviations, or those of other rows.
   void of_orientations() {
-    if (robust_sigma(about_middle(targets_)) < kManyOrientations * kOneOrientationRad) return;
-    const auto with = [&](auto phi_of) {
-      Poses right = measured_;
-      for (std::size_t k = 0; k < right.size(); ++k) right[k].phi_rad = phi_of(k);
-      return right;
-    };
+    const double turned = robust_sigma(about_middle(targets_));
+    if (turned < kManyOrientations * kOneOrientationRad ||
+        lie_.angle.left_rad < kFollowsShare * turned)
+      return;
+    Poses right = measured_;
+    for (std::size_t k = 0; k < right.size(); ++k)
+      right[k].phi_rad = targets_[k].phi_rad + measured_[k].phi_rad;
     consider(Mistake::deviations,
              "deviations from the targets, or nothing, stand in place of measured orientations",
-             off_mm(targets_, with([&](std::size_t k) {
-                      return targets_[k].phi_rad + measured_[k].phi_rad;
-                    })),
-             lie_.off_mm, kLie, INFINITY);
-    const auto n = static_cast<int>(measured_.size());
+             off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
     for (int by = -kMostRows; by <= kMostRows; ++by) {
-      if (by == 0 || std::abs(by) >= n) continue;
-      const Poses right = with([&](std::size_t k) {
-        const int other = static_cast<int>(k) + by;
-        return other < 0 || other >= n ? targets_[k].phi_rad
-                                       : measured_[static_cast<std::size_t>(other)].phi_rad;
-      });
+      Poses of_targets, of_rows;
+      for (int k = std::max(0, -by); k < static_cast<int>(right.size()) - std::max(0, by); ++k) {
+        const auto at = static_cast<std::size_t>(k), other = static_cast<std::size_t>(k + by);
+        of_targets.push_back(targets_[at]);
+        of_rows.push_back({measured_[at].x_mm, measured_[at].y_mm, measured_[other].phi_rad});
+      }
+      if (by == 0 || of_rows.size() < static_cast<std::size_t>(kFewestScreened) ||
+          2 * of_rows.size() < right.size())
+        continue;
       consider(Mistake::shifted_rows,
                "measured orientations stand " + rows_in_words(by) +
                    (by > 0 ? " too late" : " too early"),
-               off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
+               off_mm(of_targets, of_rows), lie_.off_mm, kLie, INFINITY);
     }
   }
 

@@ -367,7 +367,9 @@ TEST_CASE("the headline's method is chosen by a rule, never by the least error i
   says("6 unseen points least squares");
   r.tables.push_back(table(report::kModel, Standing::unseen, true, 0.06));
   says("least squares");
-  r.story.push_back({.verdict = "explained", .rivals = {{.names = "backlash"}}});
+  r.story.push_back({.verdict = "explained",
+                     .effects = {{.name = "lead_scale"}},
+                     .rivals = {{.names = "backlash"}}});
   says("the geometry with the named effects");
   says("Other sets of effects explain the readings about as well");
   r.picked = "gp";
