@@ -11,8 +11,8 @@
 #include "app/files/mechanism_json.hpp"
 #include "app/files/numbers.hpp"
 #include "app/files/readings_csv.hpp"
-#include "core/measure/doubts.hpp"
 #include "core/measure/gross.hpp"
+#include "core/measure/nominal_commands.hpp"
 #include "core/units.hpp"
 
 namespace trammel {

@@ -7,7 +7,8 @@
 
 #include "core/linear/decompositions.hpp"
 #include "core/linear/products.hpp"
-#include "core/measure/doubts.hpp"
+#include "core/measure/lie.hpp"
+#include "core/measure/nominal_commands.hpp"
 #include "core/measure/printed.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/statistics/tail.hpp"
@@ -21,16 +22,16 @@ constexpr int kMostDegree = 3;              // geometry and guides bend it no mo
 constexpr double kRowsPerTerm = 2.5;        // fewer rows would follow the bad ones
 constexpr std::size_t kFewestOfField = 8;   // a plane of three terms
 constexpr std::size_t kFewestOfMedian = 5;  // two wrong ones of five leave it where it is
-constexpr double kTurnsRad = rad_from_deg(0.05);  // orientations within it are one
-constexpr int kRounds = 12;                       // a bound: it ends where the set stands still
-constexpr double kWorthALook = 4;        // scales: where none is farther, none bends the field
-constexpr int kReweighted = 30;          // least absolute deviations stand still by then
-constexpr double kLeastSize = 0.3;       // of the scale: smaller residuals have one weight
-constexpr double kTinyScale = 1e-9;      // mm, rad: where most readings lie on the field
-constexpr double kScaleOfFieldMm = 100;  // for the condition of the equations alone
+constexpr int kRounds = 12;                 // a bound: it ends where the set stands still
+constexpr double kWorthALook = 4;           // scales: where none is farther, none bends the field
+constexpr int kReweighted = 30;             // least absolute deviations stand still by then
+constexpr double kLeastSize = 0.3;          // of the scale: smaller residuals have one weight
+constexpr double kTinyScale = 1e-9;         // mm, rad: where most readings lie on the field
+constexpr double kScaleOfFieldMm = 100;     // for the condition of the equations alone
 constexpr std::array<double, 3> kLeastFar = {0.05, 0.05, rad_from_deg(0.02)};  // mm, mm, rad
-// mm, mm, rad: frames, joint zeros and leads included (kMostShiftedMm, kMostTurnedRad of gross.cpp)
-constexpr std::array<double, 3> kNoMachineErrs = {5, 5, rad_from_deg(2)};
+// mm, mm, rad: frames, joint zeros and leads included
+constexpr std::array<double, 3> kNoMachineErrs = {kMostCorrectionMm, kMostCorrectionMm,
+                                                  rad_from_deg(2)};
 constexpr double kOtherTargetMm = 0.1;                 // nearer, one pose can serve two targets
 constexpr double kOtherTargetRad = rad_from_deg(0.1);  // the same of orientations
 
@@ -276,7 +277,7 @@ void add_far(const Field& f, std::vector<Suspicion>& found) {
 Eigen::MatrixXd smooth_terms(std::span<const Pose> targets) {
   const auto phi_of = [](const Pose& p) { return p.phi_rad; };
   const auto [low, high] = std::ranges::minmax_element(targets, {}, phi_of);
-  const bool turns = high->phi_rad - low->phi_rad > kTurnsRad;
+  const bool turns = high->phi_rad - low->phi_rad > poses::kOneOrientationRad;
   for (int degree = kMostDegree;; --degree) {
     Eigen::MatrixXd A = terms_of(targets, degree, degree > 0 && turns);
     const bool enough =

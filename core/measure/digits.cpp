@@ -104,8 +104,17 @@ void add_nominal(const Campaign& c, std::vector<Suspicion>& found) {
                            static_cast<int>(same.size()), all, on_target_mm),
                    static_cast<int>(same.size()) == all ? std::vector<int>{} : same});
 }
-/// Readings of one target with the same pose to the last digit, where digits are finer than noise.
-void add_copies(const Campaign& c, std::vector<Suspicion>& found) {
+
+}  // namespace
+
+bool add_doubts_of_digits(const Campaign& c, std::vector<Suspicion>& found) {
+  const std::size_t known = found.size();
+  add_nominal(c, found);
+  if (found.size() == known) add_round_poses(c, found);
+  return found.size() > known;
+}
+
+void add_doubts_of_copies(const Campaign& c, std::vector<Suspicion>& found) {
   const double fine_mm = c.tracker ? kFineStep * c.tracker->xy_mm : kFineStepMm;
   const double step_mm = digit_step_mm(c);
   if (step_mm > fine_mm) return;
@@ -147,19 +156,6 @@ void add_copies(const Campaign& c, std::vector<Suspicion>& found) {
          printed("%d readings stand more than once", static_cast<int>(duplicated.size())),
          "target and measured pose are the same to the last digit", duplicated});
   }
-}
-
-}  // namespace
-
-bool add_doubts_of_digits(const Campaign& c, std::vector<Suspicion>& found) {
-  const std::size_t known = found.size();
-  add_nominal(c, found);
-  if (found.size() == known) add_round_poses(c, found);
-  return found.size() > known;
-}
-
-void add_doubts_of_copies(const Campaign& c, std::vector<Suspicion>& found) {
-  add_copies(c, found);
 }
 
 }  // namespace trammel

@@ -7,8 +7,9 @@
 #include <set>
 
 #include "core/measure/doubt_kinds.hpp"
+#include "core/measure/lie.hpp"
+#include "core/measure/nominal_commands.hpp"
 #include "core/measure/printed.hpp"
-#include "core/mechanism/machine_solver.hpp"
 #include "core/statistics/robust.hpp"
 #include "core/units.hpp"
 
@@ -18,7 +19,6 @@ namespace {
 
 constexpr std::size_t kFewestOfSet = 8;      // whose median means something
 constexpr double kMoreThanBacklashMm = 0.5;  // and orientations at an arm of 100 mm
-constexpr double kArmMm = 100;
 constexpr double kHardlyOverlap = 3;  // scales: half way, 7 % of each are nearer to the other
 
 void add_epochs(const Campaign& c, std::vector<Suspicion>& found) {
@@ -73,24 +73,19 @@ void add_moved_frame(const Campaign& c, std::vector<Suspicion>& found) {
     auto& off = of_epoch[r.conditions.epoch][r.set == ReadingSet::validate ? 1 : 0];
     off[0].push_back(r.measured->x_mm - r.target.x_mm);
     off[1].push_back(r.measured->y_mm - r.target.y_mm);
-    off[2].push_back(kArmMm * std::remainder(r.measured->phi_rad - r.target.phi_rad, 2 * kPi));
+    off[2].push_back(poses::kArmMm *
+                     std::remainder(r.measured->phi_rad - r.target.phi_rad, 2 * kPi));
   }
   for (auto& [epoch, sets] : of_epoch) {
     if (std::min(sets[0][0].size(), sets[1][0].size()) < kFewestOfSet) continue;
     std::array<double, 3> apart_mm = {};
     bool is_apart = false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::array<double, 2> middle = {}, scatter = {};
-      for (std::size_t set = 0; set < 2; ++set) {
-        std::vector<double>& off = sets[set][axis];
-        middle[set] = median(off);
-        for (double& v : off) v -= middle[set];
-        scatter[set] = robust_sigma(off);
-      }
-      apart_mm[axis] = middle[1] - middle[0];
+      const auto &fitted = sets[0][axis], &judging = sets[1][axis];
+      apart_mm[axis] = median(judging) - median(fitted);
+      const double scatter_mm = std::max(robust_scatter(fitted), robust_scatter(judging));
       is_apart = is_apart || std::abs(apart_mm[axis]) >
-                                 std::max(kMoreThanBacklashMm,
-                                          kHardlyOverlap * std::max(scatter[0], scatter[1]));
+                                 std::max(kMoreThanBacklashMm, kHardlyOverlap * scatter_mm);
     }
     if (!is_apart) continue;
     std::vector<int> seqs;
@@ -104,38 +99,12 @@ void add_moved_frame(const Campaign& c, std::vector<Suspicion>& found) {
                              epoch),
                      printed("they are (%.3g, %.3g) mm and %.2g deg farther off their targets than "
                              "the fitted ones",
-                             apart_mm[0], apart_mm[1], deg_from_rad(apart_mm[2] / kArmMm)),
+                             apart_mm[0], apart_mm[1], deg_from_rad(apart_mm[2] / poses::kArmMm)),
                      seqs});
   }
 }
 
 }  // namespace
-
-std::vector<double> command_off_mm(const Campaign& c) {
-  const MachineSolver solver(c.machine);
-  std::vector<double> off_mm;
-  for (const Reading& r : c.readings) {
-    const InverseResult at = solver.drives(r.target);
-    off_mm.push_back(at.ok() ? (r.conditions.cmd_mm - at.l_mm).cwiseAbs().maxCoeff() : 0);
-  }
-  return off_mm;
-}
-
-bool single_far_command(const std::vector<double>& off_mm, std::size_t reading) {
-  const auto is_far = [](double mm) { return mm > kMostCorrectionMm; };
-  return is_far(off_mm[reading]) && 2 * std::ranges::count_if(off_mm, is_far) < std::ssize(off_mm);
-}
-
-std::vector<std::size_t> under_a_correction(const Campaign& c) {
-  const std::vector<double> off_mm = command_off_mm(c);
-  const auto is_other = [](double off) { return off > kNominalCommandMm; };
-  std::vector<std::size_t> corrected;
-  if (std::ranges::all_of(off_mm, is_other)) return corrected;
-  for (std::size_t k = 0; k < off_mm.size(); ++k) {
-    if (is_other(off_mm[k]) && off_mm[k] < kMostCorrectionMm) corrected.push_back(k);
-  }
-  return corrected;
-}
 
 std::vector<Suspicion> doubts(const Campaign& c, const std::vector<Suspicion>& known) {
   std::vector<Suspicion> found;

@@ -28,13 +28,12 @@ constexpr double kNoNoiseMm = 1e-3;          // closer to the plan than any meas
 constexpr double kOneUnit = 0.02;            // two scales are one unit
 constexpr double kDeviates = 0.2;            // of the width: what errors alone may be
 constexpr double kMostScaled = 0.05;         // lead and tracker scale stay below
-constexpr double kMostTurnedRad = rad_from_deg(2);         // of a frame that was aligned by hand
-constexpr double kMostShiftedMm = 5;                       // of frame, joint zero or command
-constexpr double kTurnedAlike = 0.2;                       // two turns are one within it
-constexpr double kOneOrientationRad = rad_from_deg(0.05);  // orientations within it are one
-constexpr double kOtherLengthMm = 0.5;  // of R, r or S: no machining is that far off
-constexpr double kExactMm = 1e-4;       // digits of commands
-constexpr double kLeastMm = 0.5;        // closer nothing gross is seen, however near the poses
+constexpr double kMostTurnedRad = rad_from_deg(2);  // of a frame that was aligned by hand
+constexpr double kMostShiftedMm = 5;                // of frame, joint zero or command
+constexpr double kTurnedAlike = 0.2;                // two turns are one within it
+constexpr double kOtherLengthMm = 0.5;              // of R, r or S: no machining is that far off
+constexpr double kExactMm = 1e-4;                   // digits of commands
+constexpr double kLeastMm = 0.5;  // closer nothing gross is seen, however near the poses
 // What small machines may be off, of the width of targets or commands: a tenth is what a similarity
 // may leave.
 constexpr double kShareOfSmall = 0.2;
@@ -397,20 +396,13 @@ class Search {
       right.back().phi_rad = r.target.phi_rad;
     }
     const SmoothResidual left = smooth_residual(as_deviations);
-    const double spread_mm =
-        std::hypot(robust_sigma(about_median(x)), robust_sigma(about_median(y)));
+    const double spread_mm = std::hypot(robust_scatter(x), robust_scatter(y));
     if (left.degrees_of_freedom < kFewestScreened || robust_sigma(off, kThird, 1) < most_mm_ ||
         !(std::hypot(left.x_mm, left.y_mm) < kSmoothShare * spread_mm))
       return;
     consider(Mistake::deviations,
              "deviations from the targets in micrometres stand in place of measured x and y",
              off_mm(targets_, right), lie_.off_mm, kLie, INFINITY);
-  }
-
-  static std::vector<double> about_median(std::vector<double> values) {
-    const double middle = median(values);
-    for (double& v : values) v -= middle;
-    return values;
   }
 
   void deviations() {

@@ -10,18 +10,13 @@ namespace trammel::poses {
 
 namespace {
 
-constexpr double kArmMm = 100;  // an orientation counts by what it moves at this arm
-
 double width_of(const std::vector<Complex>& points) {
   std::vector<double> x, y;
   for (const Complex& p : points) {
     x.push_back(p.real());
     y.push_back(p.imag());
   }
-  const double mx = median(x), my = median(y);
-  for (double& v : x) v -= mx;
-  for (double& v : y) v -= my;
-  return std::hypot(robust_sigma(x), robust_sigma(y));
+  return std::hypot(robust_scatter(std::move(x)), robust_scatter(std::move(y)));
 }
 
 AngleFit angles(const Poses& from, const Poses& to, double slope, bool free_offset) {

@@ -19,6 +19,9 @@ inline constexpr double kFarBetter = 5;       // a hypothesis must fit so many t
 inline constexpr double kSimilarShare = 0.1;  // of the width: what a similarity may leave
 inline constexpr double kNarrowMm = 0.25;     // targets nearer together show no turn and no scale
 
+inline constexpr double kArmMm = 100;  // an orientation counts by what it moves at this arm
+inline constexpr double kOneOrientationRad = rad_from_deg(0.05);  // orientations within it are one
+
 inline Complex place_of(const Pose& p) { return {p.x_mm, p.y_mm}; }
 double wrapped(double angle_rad);  // by whole turns into [-pi, pi]
 

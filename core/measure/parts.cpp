@@ -5,9 +5,9 @@
 #include <functional>
 #include <set>
 
-#include "core/measure/doubts.hpp"
 #include "core/measure/gross.hpp"
 #include "core/measure/lie.hpp"
+#include "core/measure/nominal_commands.hpp"
 #include "core/measure/printed.hpp"
 #include "core/statistics/robust.hpp"
 

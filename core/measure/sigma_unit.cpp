@@ -5,6 +5,7 @@
 
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/doubt_kinds.hpp"
+#include "core/measure/lie.hpp"
 #include "core/measure/noise.hpp"
 #include "core/measure/printed.hpp"
 #include "core/statistics/robust.hpp"
@@ -20,12 +21,10 @@ constexpr int kEnoughFreedom = 12;
 constexpr double kTooGood = 0.25;
 constexpr double kTooBad = 10;     // repeats beyond the statement by a factor of units
 constexpr double kWithinUnit = 3;  // a ratio so near to a unit's is that unit
-constexpr double kArmMm = 100;     // of a platform
 // At that arm turning errors are 0.14 to 1.1 times those of place on 3-PRR robots of 12 kinds of
 // errors, and 57 times smaller once they are radians.
 constexpr double kTurnsWithPlace = 0.05;
 constexpr double kRadPerDeg = rad_from_deg(1);
-constexpr double kOneOrientation = rad_from_deg(0.05);  // orientations within it are one
 
 /// At one orientation, where deviations of orientations are by far smaller than those of positions
 /// make likely: legs in error move and turn a platform alike.
@@ -40,13 +39,9 @@ bool turns_too_little(const Campaign& c) {
     y.push_back(r.measured->y_mm - r.target.y_mm);
     phi.push_back(std::remainder(r.measured->phi_rad - r.target.phi_rad, 2 * kPi));
   }
-  if (high - low >= kOneOrientation) return false;
-  const auto scatter = [](std::vector<double>& values) {
-    const double middle = median(values);
-    for (double& v : values) v -= middle;
-    return robust_sigma(values);
-  };
-  return scatter(phi) * kArmMm < kTurnsWithPlace * std::hypot(scatter(x), scatter(y));
+  if (high - low >= poses::kOneOrientationRad) return false;
+  return robust_scatter(phi) * poses::kArmMm <
+         kTurnsWithPlace * std::hypot(robust_scatter(x), robust_scatter(y));
 }
 
 /// Ratios of what scatters about a smooth field and what is stated; 1 for what is not measured.

@@ -21,4 +21,10 @@ double robust_sigma(std::vector<double> values, double share, double of_normal) 
   return quantile(values, share) / of_normal;
 }
 
+double robust_scatter(std::vector<double> values) {
+  const double middle = median(values);
+  for (double& v : values) v -= middle;
+  return robust_sigma(std::move(values));
+}
+
 }  // namespace trammel

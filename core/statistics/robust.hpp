@@ -17,4 +17,7 @@ inline constexpr double kThreeQuartersOfNormal = 1.1503;  // |N(0, 1)| stays bel
 double robust_sigma(std::vector<double> values, double share = 0.75,
                     double of_normal = kThreeQuartersOfNormal);
 
+/// robust_sigma about the median. Not empty.
+double robust_scatter(std::vector<double> values);
+
 }  // namespace trammel
