@@ -8,6 +8,7 @@
 #include "core/measure/bad_readings.hpp"
 #include "core/measure/drive_hypotheses.hpp"
 #include "core/measure/lie.hpp"
+#include "core/measure/lie_words.hpp"
 #include "core/measure/printed.hpp"
 #include "core/mechanism/machine_solver.hpp"
 #include "core/statistics/robust.hpp"
@@ -25,15 +26,10 @@ constexpr double kAlike = 2;                 // two that fit within this factor 
 constexpr double kManyApart = 0.35;          // of the readings
 constexpr double kMostUnreachable = 0.2;     // of the readings
 constexpr double kNoNoiseMm = 1e-3;          // closer to the plan than any measurement comes
-constexpr double kOneUnit = 0.02;            // two scales are one unit
 constexpr double kDeviates = 0.2;            // of the width: what errors alone may be
-constexpr double kMostScaled = 0.05;         // lead and tracker scale stay below
-constexpr double kMostTurnedRad = rad_from_deg(2);  // of a frame that was aligned by hand
-constexpr double kMostShiftedMm = 5;                // of frame, joint zero or command
-constexpr double kTurnedAlike = 0.2;                // two turns are one within it
-constexpr double kOtherLengthMm = 0.5;              // of R, r or S: no machining is that far off
-constexpr double kExactMm = 1e-4;                   // digits of commands
-constexpr double kLeastMm = 0.5;  // closer nothing gross is seen, however near the poses
+constexpr double kOtherLengthMm = 0.5;       // of R, r or S: no machining is that far off
+constexpr double kExactMm = 1e-4;            // digits of commands
+constexpr double kLeastMm = 0.5;             // closer nothing gross is seen, however near the poses
 // What small machines may be off, of the width of targets or commands: a tenth is what a similarity
 // may leave.
 constexpr double kShareOfSmall = 0.2;
@@ -88,95 +84,6 @@ Distance distance(const DriveModel& model, const Commands& commands, const Poses
   result.scatter_mm = std::sqrt(scatter2);
   result.whole_mm = std::sqrt(scatter2 + zero2);
   return result;
-}
-
-// --- words ----------------------------------------------------------------------------------
-
-/// The unit that makes lengths so many times too large; none of them: null.
-const char* unit_of(double scale) {
-  constexpr std::array<std::pair<double, const char*>, 6> kUnits = {
-      {{1e-3, "metres"},
-       {1 / 25.4, "inches"},
-       {0.1, "centimetres"},
-       {1 / 304.8, "feet"},
-       {1e3, "micrometres"},
-       {25.4, "converted from inches twice"}}};
-  for (const auto& [unit, name] : kUnits) {
-    if (std::abs(scale / unit - 1) < kOneUnit) return name;
-  }
-  return nullptr;
-}
-
-std::string unit_words(double scale) {
-  const char* unit = unit_of(scale);
-  return unit ? std::string("are ") + unit : printed("are %.4g times too large", scale);
-}
-
-struct Part {
-  Mistake kind;
-  std::string words;
-};
-
-/// What of the lie of `column` poses no alignment explains; empty: all is sound.
-std::vector<Part> parts_of(const Lie& l, const std::string& column) {
-  std::vector<Part> parts;
-  const Similarity& p = l.place;
-  const double turn_deg = deg_from_rad(p.turn_rad);
-  const bool similar = l.similar();
-  const double offset = l.angle.offset_rad;
-  const bool as_orientations =  // a turn of both, of which one alone passes the bound
-      std::abs(offset) > kMostTurnedRad &&
-      std::abs(wrapped(offset - p.turn_rad)) < kTurnedAlike * std::abs(offset);
-  const bool turned = similar && (std::abs(p.turn_rad) > kMostTurnedRad || as_orientations);
-  if (similar && std::abs(p.scale - 1) > kMostScaled) {
-    parts.push_back({Mistake::scale, column + " x and y " + unit_words(p.scale)});
-  }
-  const bool sign = l.angle.slope == -1;
-  if (similar && p.mirrored) {
-    const auto is = [&](double deg) {
-      return std::abs(std::remainder(turn_deg - deg, 360)) < deg_from_rad(kMostTurnedRad);
-    };
-    const std::string how = is(0)     ? "y has the wrong sign"
-                            : is(180) ? "x has the wrong sign"
-                            : is(90)  ? "x and y have changed places"
-                            : is(-90) ? "x and y have changed places, both with the wrong sign"
-                                      : printed("mirrored, and turned by %.3g deg", turn_deg);
-    parts.push_back(
-        {Mistake::frame_mirrored, "the frame of the " + column + " poses is mirrored: " + how +
-                                      (sign ? ", orientations count the other way" : "")});
-  } else if (sign) {
-    parts.push_back({Mistake::frame_mirrored, column + " orientations count the wrong way round"});
-  }
-  if (turned && !p.mirrored) {
-    const bool with_them = std::abs(wrapped(l.angle.offset_rad - p.turn_rad)) < kMostTurnedRad;
-    parts.push_back({Mistake::frame_turned,
-                     (with_them ? "the frame of the " + column + " poses is turned by "
-                                : column + " positions are turned about the origin by ") +
-                         printed("%.3g deg", turn_deg) +
-                         (with_them ? "" : ", orientations are not")});
-  }
-  if (similar) {
-    const Complex middle = p.shift_mm;
-    if (std::abs(middle) > kMostShiftedMm * p.scale) {
-      parts.push_back({Mistake::frame_shifted,
-                       (parts.empty() ? "the frame of the " + column + " poses is shifted by "
-                                      : std::string("shifted by ")) +
-                           printed("(%.4g, %.4g) mm", middle.real(), middle.imag())});
-    }
-  }
-  const auto unit = std::ranges::find(kAngleUnits, l.angle.slope, &AngleUnit::slope);
-  if (unit != kAngleUnits.end()) {
-    parts.push_back({Mistake::radians, column + " orientations " + unit->words +
-                                           printed(" (slope %.4g)", unit->slope)});
-  }
-  const double own = wrapped(l.angle.offset_rad - (turned && !p.mirrored ? p.turn_rad : 0));
-  const bool with_turn = turned && std::abs(l.angle.offset_rad) < kMostTurnedRad;
-  if (l.angle.slope == 1 && !p.mirrored && !with_turn && std::abs(own) > kMostTurnedRad) {
-    parts.push_back(
-        {Mistake::phi_offset,
-         "all " + column + printed(" orientations are %.4g deg off", deg_from_rad(own))});
-  }
-  return parts;
 }
 
 // --- hypotheses -----------------------------------------------------------------------------
@@ -304,10 +211,10 @@ class Search {
     const bool targets = of_measured_.whole_mm < of_targets_.whole_mm;
     const Lie l = targets ? lie(measured_, targets_) : lie_;
     const Poses& wrong = targets ? targets_ : measured_;
-    const std::vector<Part> parts = parts_of(l, targets ? "target" : "measured");
+    const std::vector<LiePart> parts = parts_of(l, targets ? "target" : "measured");
     if (!parts.empty()) {
       std::string what;
-      for (const Part& part : parts) what += (what.empty() ? "" : ", and ") + part.words;
+      for (const LiePart& part : parts) what += (what.empty() ? "" : ", and ") + part.words;
       Poses right;
       for (const Pose& p : wrong) right.push_back(l.back(p));
       const double left_mm = off_mm(targets ? measured_ : targets_, right);
@@ -676,7 +583,7 @@ std::optional<FrameMove> fitted_frame(const Campaign& as_measured) {
   }
   if (targets.size() < static_cast<std::size_t>(kFewestScreened)) return std::nullopt;
   const Lie free = lie(targets, measured);
-  for (const Part& part : parts_of(free, "")) {
+  for (const LiePart& part : parts_of(free, "")) {
     if (part.kind != Mistake::frame_turned && part.kind != Mistake::frame_shifted)
       return std::nullopt;
   }

@@ -21,10 +21,10 @@ namespace trammel {
 /// spread; the second best beside it when it fits within a factor of two. Distances are robust: the
 /// 75th percentile of |r| over 1.1503 (that of |N(0, 1)|), so that a quarter of wild readings
 /// decides nothing, nor that half the rows of a campaign with repeats stay equal when shifted.
-/// Limits: kMostTurnedRad, kMostShiftedMm and kMostScaled below are far beyond what machining and
-/// alignment leave and what a model of the geometry takes up: a lead of 25.4 for 25 scales
-/// by 1.016. Proof: tests/core/measure/screen_test.cpp.
-/// `last_resort`: with deviations in micrometres, which fit whatever is smooth.
+/// Limits: kMostTurnedRad, kMostShiftedMm and kMostScaled (lie_words.hpp) are far beyond what
+/// machining and alignment leave and what a model of the geometry takes up: a lead of 25.4 for 25
+/// scales by 1.016. Proof: tests/core/measure/screen_test.cpp. `last_resort`: with deviations in
+/// micrometres, which fit whatever is smooth.
 std::vector<Suspicion> gross_mistakes_of_all(const Campaign& campaign, bool last_resort = false);
 
 /// The same, and where no mistake of all readings is named those of a part of them: one set, one
